@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * bcd.h - the one door to libbcd, the simulation engine.
+ *
+ * A job travels through five objects, in this order:
+ *
+ *   bcd_scene   what is to be simulated: parameters and parts, checked and completed with defaults
+ *   bcd_run     one chunk of it in motion: a few realizations, advanced in slices of ticks
+ *   bcd_tally   what the runs measured: means and variances over independent samples
+ *   bcd_table   the result of one observable: named columns, ready to be shown
+ *
+ * The engine knows no HTTP, JSON, SQL, clock, thread or log; it never prints, exits or calls back.
+ *
+ * UNITS    The user's own length, time and energy units throughout (lambda, t, kT). Time is
+ *          tick * time_step, never a running sum.
+ * ERRORS   Functions that can fail return enum bcd_status (0 = BCD_OK) and fill the optional,
+ *          caller-owned struct bcd_error. Outputs are untouched on failure.
+ * MEMORY   _create = the caller owns it and ends it with _free, which accepts NULL. `const T *` is
+ *          borrowed until its parent changes.
+ * THREADS  No globals. A completed scene is immutable and may be shared; every other object belongs
+ *          to one thread at a time.
+ */
+#ifndef BCD_H
+#define BCD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define BCD_VERSION "0.1.0"
+
+/* Raised by one whenever the same job and seed would give other numbers than before. */
+#define BCD_RESULT_VERSION 1
+
+/* ------------------------------------------------------------------ status */
+
+enum bcd_status {
+    BCD_OK = 0,
+    BCD_INVALID,  /* the job asks for something wrong or impossible: its author can mend it */
+    BCD_NO_MEMORY,
+    BCD_CORRUPT,  /* a checkpoint, tally or table does not belong here or is damaged */
+    BCD_INTERNAL, /* our own mistake */
+};
+
+const char *bcd_status_text(enum bcd_status status);
+
+/* One fault: which field of the job (a JSON pointer such as "/potential/amplitude", or "") and what
+ * is wrong with it, in words that name the value and the limit. */
+struct bcd_error {
+    enum bcd_status code;
+    char field[96];
+    char text[256];
+};
+
+/* All faults of a job at once. count may not exceed the array: later faults only raise `dropped`. */
+enum { BCD_ERRORS_MAX = 32 };
+struct bcd_errors {
+    size_t count, dropped;
+    struct bcd_error items[BCD_ERRORS_MAX];
+};
+
+/* Appends a fault to the list (printf-style). Also for callers that read jobs, so that theirs and
+ * the engine's faults end up in one list. errors may be NULL. */
+void bcd_errors_add(struct bcd_errors *errors, const char *field, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* -------------------------------------------------------------- parameters */
+
+enum bcd_param_type {
+    BCD_PARAM_INTEGER, /* int64_t */
+    BCD_PARAM_NUMBER,  /* double */
+    BCD_PARAM_AUTO,    /* double, or "auto" (held as NaN) */
+    BCD_PARAM_CHOICE,  /* one of a list of words (held as its index, int64_t) */
+};
+
+/* One row of a parameter table. Checks, readers, writers and documentation all come from it. */
+struct bcd_param {
+    const char *name;
+    enum bcd_param_type type;
+    bool required;           /* no default: the job must give it */
+    bool above_min;          /* the minimum itself is refused */
+    const char *unit;        /* "length", "time", "energy", ... or "" */
+    double min, max;         /* for numbers and integers, inclusive unless above_min */
+    double fallback;         /* default: number, integer, index of a choice, or NaN = "auto" */
+    const char *(*choice)(size_t index); /* the words of a CHOICE; NULL past the last */
+    const char *doc;
+    size_t offset;           /* where the value lives in the group's values */
+};
+
+/* The parameters of one object of the job: the job itself (pointer ""), its potential
+ * ("/potential"), one observable ("/observables/msd"). rows end with name == NULL. */
+struct bcd_group {
+    const struct bcd_param *rows;
+    void *values;
+    uint64_t given;    /* bit i: row i was set by the job */
+    char pointer[64];  /* JSON pointer of the object */
+    const char *type;  /* the part's name ("cosine", "msd"); NULL for the job itself */
+};
+
+/* Row by name, or NULL. */
+const struct bcd_param *bcd_group_find(const struct bcd_group *group, const char *name);
+
+/* Set one value after checking type and range; a fault is appended to errors and false returned.
+ * _number refuses NaN and infinities; for an INTEGER row it accepts whole numbers up to 2^53 only
+ * through _integer. _text sets a CHOICE, or "auto". */
+bool bcd_group_set_integer(struct bcd_group *group, const struct bcd_param *row, int64_t value,
+                           struct bcd_errors *errors);
+bool bcd_group_set_number(struct bcd_group *group, const struct bcd_param *row, double value,
+                          struct bcd_errors *errors);
+bool bcd_group_set_text(struct bcd_group *group, const struct bcd_param *row, const char *value,
+                        struct bcd_errors *errors);
+
+/* Read one value back. _text gives the word of a CHOICE; "auto" for an AUTO row that holds it,
+ * NULL where the row holds a number. */
+int64_t bcd_group_integer(const struct bcd_group *group, const struct bcd_param *row);
+double bcd_group_number(const struct bcd_group *group, const struct bcd_param *row);
+const char *bcd_group_text(const struct bcd_group *group, const struct bcd_param *row);
+
+/* ------------------------------------------------------------------- scene */
+
+/* What kinds of parts a scene is put together from; the job's key of each kind is
+ * bcd_slot_key(slot). A slot with `many` holds an object of parts by name ("observables"), the
+ * others one part chosen by its "type" ("potential"). */
+enum bcd_slot { BCD_SLOT_POTENTIAL, BCD_SLOT_OBSERVABLE, BCD_SLOT_COUNT };
+const char *bcd_slot_key(enum bcd_slot slot);
+bool bcd_slot_many(enum bcd_slot slot);
+
+/* The catalogue: name, documentation and rows of the index-th part of a kind; NULL past the last.
+ * Methods are chosen by the job's "method" and have no parameters of their own. */
+struct bcd_part {
+    const char *name, *doc;
+    const struct bcd_param *params;
+};
+const struct bcd_part *bcd_catalogue(enum bcd_slot slot, size_t index);
+const struct bcd_param *bcd_job_params(void);
+
+struct bcd_scene;
+
+enum bcd_status bcd_scene_create(struct bcd_scene **scene);
+void bcd_scene_free(struct bcd_scene *scene);
+
+/* The job's own parameters. */
+struct bcd_group *bcd_scene_job(struct bcd_scene *scene);
+
+/* Puts a part into a slot and returns its parameters, to be set; NULL with a fault in errors when
+ * there is no such part, or the slot holds one already. */
+struct bcd_group *bcd_scene_add(struct bcd_scene *scene, enum bcd_slot slot, const char *type,
+                                struct bcd_errors *errors);
+
+/* The index-th part of a slot, in the catalogue's order; NULL past the last. */
+const struct bcd_group *bcd_scene_part(const struct bcd_scene *scene, enum bcd_slot slot,
+                                       size_t index);
+const struct bcd_group *bcd_scene_job_view(const struct bcd_scene *scene);
+
+/* Fills in defaults, checks everything that one field alone cannot tell, chooses method and time
+ * step. All faults are appended to errors; BCD_INVALID if there are any (those that the caller
+ * put there before included). Afterwards the scene is immutable. */
+enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_errors *errors);
+
+/* What the engine derived from a completed job, for the record: diffusion coefficient, time step,
+ * method, number of steps, ... The index-th fact, in reading order; NULL past the last.
+ * Exactly one of the three values is meant, told by kind. */
+enum bcd_fact_kind { BCD_FACT_NUMBER, BCD_FACT_INTEGER, BCD_FACT_TEXT };
+struct bcd_fact {
+    const char *name, *unit;
+    enum bcd_fact_kind kind;
+    double number;
+    int64_t integer;
+    char text[160];
+};
+const struct bcd_fact *bcd_scene_fact(const struct bcd_scene *scene, size_t index);
+
+/* Bytes that identify the job's outcome: result version, every parameter of the job with its type,
+ * defaults filled in, every part. Equal bytes = equal results. Not the seedless physics: the seed
+ * is a parameter like any other. Writes at most `size` bytes, returns the length. */
+size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size);
+
+/* The job's size before it runs. core_seconds is a rough figure for one core. */
+struct bcd_estimate {
+    double run_bytes;    /* memory of one run in motion, checkpoint included */
+    double result_bytes; /* all tables of the result */
+    double steps;        /* time steps of all realizations together */
+    double rod_steps;    /* steps times particles */
+    double core_seconds;
+};
+void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate);
+
+/* Realizations are run in chunks; how many a chunk holds depends on the job alone, so that the order
+ * of reduction, and with it every bit of the result, does not depend on workers or restarts. */
+int64_t bcd_scene_chunks(const struct bcd_scene *scene);
+
+/* --------------------------------------------------------------------- run */
+
+struct bcd_run;
+struct bcd_tally;
+
+/* Prepares chunk number `chunk` (0 <= chunk < bcd_scene_chunks). Borrows the scene until freed.
+ * All memory is allocated here. */
+enum bcd_status bcd_run_create(struct bcd_run **run, const struct bcd_scene *scene, int64_t chunk,
+                               struct bcd_error *error);
+void bcd_run_free(struct bcd_run *run);
+
+/* Advances by at most `ticks` ticks (time steps), all realizations of the chunk one after another
+ * counted together. Cutting a run into slices differently changes no bit of it. */
+void bcd_run_advance(struct bcd_run *run, int64_t ticks);
+int64_t bcd_run_ticks_done(const struct bcd_run *run);
+int64_t bcd_run_ticks_total(const struct bcd_run *run);
+
+/* Checkpoint: a run restored from `bytes` into a freshly created run of the same scene and chunk
+ * goes on bit for bit. _save writes exactly _checkpoint_size bytes. */
+size_t bcd_run_checkpoint_size(const struct bcd_run *run);
+void bcd_run_save(const struct bcd_run *run, void *bytes);
+enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t size,
+                                struct bcd_error *error);
+
+/* What a finished run measured. Borrowed from the run. */
+const struct bcd_tally *bcd_run_tally(const struct bcd_run *run);
+
+/* ------------------------------------------------------------------- tally */
+
+/* An empty tally for a scene. Chunks are merged in the order 0, 1, 2, ...; other orders give the
+ * same numbers only up to rounding. */
+enum bcd_status bcd_tally_create(struct bcd_tally **tally, const struct bcd_scene *scene);
+void bcd_tally_free(struct bcd_tally *tally);
+void bcd_tally_merge(struct bcd_tally *into, const struct bcd_tally *from);
+
+/* As bytes (little-endian, versioned, checksummed), to be kept. */
+size_t bcd_tally_size(const struct bcd_tally *tally);
+void bcd_tally_save(const struct bcd_tally *tally, void *bytes);
+enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, size_t size,
+                                  struct bcd_error *error);
+
+/* ------------------------------------------------------------------- table */
+
+enum bcd_role { /* what a column is to a reader or a plot */
+    BCD_ROLE_X,
+    BCD_ROLE_VALUE,
+    BCD_ROLE_STDERR,          /* one standard error of the value column */
+    BCD_ROLE_THEORY,          /* exact reference of the value column */
+    BCD_ROLE_TIME_STEP_ERROR, /* estimated error from the finite time step */
+    BCD_ROLE_OTHER,
+};
+
+struct bcd_column {
+    char name[32];
+    enum bcd_role role;
+    double *values;    /* [rows]; NaN = no number there; NULL = the whole column is absent */
+    char reason[160];  /* why it is absent */
+};
+
+/* A remark that goes with a result: "stderr_from": "realizations". Text when text[0], else number. */
+struct bcd_note {
+    char name[32];
+    char text[160];
+    double number;
+};
+
+enum { BCD_COLUMNS_MAX = 8, BCD_NOTES_MAX = 8 };
+struct bcd_table {
+    char name[32];                  /* the observable */
+    bool scalar;                    /* one row, to be shown as numbers rather than lists */
+    bool log_x, log_y;              /* how it is usually plotted */
+    char x_label[64], y_label[64];  /* axis titles with units */
+    size_t rows, columns, notes;
+    struct bcd_column column[BCD_COLUMNS_MAX];
+    struct bcd_note note[BCD_NOTES_MAX];
+};
+
+/* The result of the index-th observable of the scene (same order as bcd_scene_part). */
+enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_scene *scene,
+                                size_t index, struct bcd_table **table);
+void bcd_table_free(struct bcd_table *table);
+const struct bcd_column *bcd_table_column(const struct bcd_table *table, enum bcd_role role);
+
+/* As bytes (little-endian, versioned, checksummed), to be kept. _save writes bcd_table_size bytes. */
+size_t bcd_table_size(const struct bcd_table *table);
+void bcd_table_save(const struct bcd_table *table, void *bytes);
+enum bcd_status bcd_table_load(struct bcd_table **table, const void *bytes, size_t size,
+                               struct bcd_error *error);
+
+#endif

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * http.h - the only file that knows libmicrohttpd: sockets in, struct request out, struct reply
+ * back. Limits on size, age and number of connections live here.
+ */
+#ifndef HTTP_H
+#define HTTP_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* One request, complete, as handlers see it: no socket, no library type. A test can make one. */
+struct request_query {
+    const char *name, *value; /* decoded */
+};
+struct request {
+    const char *method;          /* "GET", "POST", "DELETE", ... */
+    const char *path;            /* as sent, without the query */
+    const char *idempotency_key; /* header, or NULL */
+    const char *body;            /* NUL-terminated for convenience; size counts */
+    size_t body_size;
+    const struct request_query *query;
+    size_t query_count;
+};
+
+/* The answer; filled by handlers through reply.h, sent and freed by http.c. */
+struct reply {
+    int status;
+    const char *content_type;
+    char *body; /* malloc'ed */
+    size_t body_size;
+    char location[96]; /* Location header, or "" */
+    char allow[48];    /* Allow header (405), or "" */
+    const char *cache_control;
+};
+void reply_fini(struct reply *reply);
+
+typedef void http_handler(void *context, const struct request *request, struct reply *reply);
+
+struct http_options {
+    const char *host;  /* numeric address */
+    uint16_t port;     /* 0 = pick a free one */
+    http_handler *handler;
+    void *context;     /* handed to handler; shared by all threads of the server */
+};
+
+struct http;
+/* Listens; NULL with words in reason when it cannot. */
+struct http *http_start(const struct http_options *options, char *reason, size_t size);
+uint16_t http_port(const struct http *http);
+/* Takes no new connection, lets requests in progress end (bounded), stops. */
+void http_stop(struct http *http);
+
+#endif

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * limits.h - every limit of the service has its name here and a test that hits it. */
+#ifndef LIMITS_H
+#define LIMITS_H
+
+enum {
+    LIMIT_BODY_BYTES_MAX = 1 << 20,        /* request body */
+    LIMIT_LIST_ROWS_DEFAULT = 50,          /* GET /v1/jobs */
+    LIMIT_LIST_ROWS_MAX = 1000,
+    LIMIT_FILTERS_MAX = 8,
+    LIMIT_JSON_DEPTH_MAX = 16,
+    LIMIT_IDEMPOTENCY_KEY_BYTES_MAX = 255,
+    LIMIT_CONNECTIONS_MAX = 2000,
+    LIMIT_REQUEST_AGE_MS_MAX = 30000,      /* from the first byte to the last */
+    LIMIT_IDLE_MS_MAX = 60000,
+    LIMIT_WORKERS_MAX = 1024,
+    LIMIT_SLICE_MS = 50,                   /* a worker looks at cancel and stop this often */
+    LIMIT_CHECKPOINT_MS = 5000,            /* at most this much work is lost by a crash */
+    LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */
+};
+
+/* A job that the estimate puts above one of these is refused with the limit's name. */
+#define LIMIT_RUN_BYTES_MAX 4e9       /* memory of one chunk in motion */
+#define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */
+#define LIMIT_CORE_SECONDS_MAX 3.2e7  /* one core for a year */
+
+#endif

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * store_jobs.h - the table of jobs and the only way their states move.
+ *
+ *   queued -> running -> done | failed | cancelled;  queued -> cancelled | failed
+ *
+ * One function is one transition is one UPDATE that names the old state. Terminal states are
+ * immutable. See store.h for threads, errors and memory.
+ */
+#ifndef STORE_JOBS_H
+#define STORE_JOBS_H
+
+#include "store.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum job_state { JOB_QUEUED, JOB_RUNNING, JOB_DONE, JOB_FAILED, JOB_CANCELLED, JOB_STATES };
+const char *job_state_name(enum job_state state);            /* "queued", ... */
+bool job_state_parse(const char *name, enum job_state *state);
+
+enum { JOB_ID_SIZE = 24, JOB_HASH_SIZE = 32 };
+
+/* A row as users see it. Times are milliseconds since 1970 UTC, 0 = not yet. The texts are JSON
+ * as made by scene_json.c when the job was accepted. */
+struct job_record {
+    int64_t seq;               /* order of submission: the keyset cursor */
+    char id[JOB_ID_SIZE];      /* [a-z0-9-]+ */
+    enum job_state state;
+    int64_t submitted_ms, started_ms, finished_ms;
+    int64_t chunks, chunks_done;
+    char *job;                 /* the job as completed with defaults */
+    char *derived;             /* what the engine derived from it */
+    char *error;               /* NULL or why it failed */
+};
+void job_record_fini(struct job_record *record);
+
+/* A job to be kept. hash = SHA-256 of bcd_scene_encode(). idempotency_key may be NULL. */
+struct job_new {
+    unsigned char hash[JOB_HASH_SIZE];
+    const char *job, *derived;
+    int64_t chunks;
+    const char *idempotency_key;
+};
+
+/* On disk when it returns STORE_OK. When a job with this hash is queued, running or done already,
+ * *existed is true and the record is that one. An idempotency key that was used for another job is
+ * STORE_CONFLICT. */
+enum store_status store_jobs_insert(struct store *store, const struct job_new *job,
+                                    struct job_record *record, bool *existed);
+
+enum store_status store_jobs_get(struct store *store, const char *id, struct job_record *record);
+
+/* Newest first, rows with seq < before_seq (0 = from the newest), at most `limit`. state < 0 = all.
+ * Filters compare scalars of the completed job: {"diameter", "0.5"}, {"potential.amplitude", "6"},
+ * numerically when both are numbers. The caller frees *records (each _fini, then the array). */
+struct job_filter {
+    const char *path, *value;
+};
+struct job_query {
+    int state;
+    int64_t before_seq;
+    size_t limit;
+    const struct job_filter *filters;
+    size_t filter_count;
+};
+enum store_status store_jobs_list(struct store *store, const struct job_query *query,
+                                  struct job_record **records, size_t *count);
+
+/* How many jobs are in each state, kept by counters rather than counted. */
+enum store_status store_jobs_counts(struct store *store, int64_t counts[JOB_STATES]);
+
+/* All queued and running jobs in order of submission, for the queue at start. */
+enum store_status store_jobs_unfinished(struct store *store, struct job_record **records,
+                                        size_t *count);
+
+/* The transitions. STORE_CONFLICT when the job is not in the state it moves from.
+ * (running -> done is store_results_finish: results and state change together.) */
+enum store_status store_jobs_start(struct store *store, const char *id);
+enum store_status store_jobs_fail(struct store *store, const char *id, const char *error);
+enum store_status store_jobs_cancel(struct store *store, const char *id);
+
+#endif

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * store_results.h - what jobs leave behind: checkpoints and tallies on the way, tables at the end.
+ * Blobs are the engine's (bcd_run_save, bcd_tally_save, bcd_table_save), kept as they are.
+ * See store.h for threads, errors and memory.
+ */
+#ifndef STORE_RESULTS_H
+#define STORE_RESULTS_H
+
+#include "store_jobs.h"
+
+struct blob {
+    void *bytes;
+    size_t size;
+};
+void blob_fini(struct blob *blob);
+
+/* The newest checkpoint of a chunk in motion; replaces the one before. */
+enum store_status store_results_checkpoint(struct store *store, const char *id, int64_t chunk,
+                                           const void *bytes, size_t size);
+enum store_status store_results_load_checkpoint(struct store *store, const char *id, int64_t chunk,
+                                                struct blob *checkpoint);
+
+/* A finished chunk: its tally is kept, its checkpoint dropped, chunks_done raised, in one
+ * transaction. Idempotent: the same chunk again changes nothing. */
+enum store_status store_results_put_chunk(struct store *store, const char *id, int64_t chunk,
+                                          const void *tally, size_t size);
+
+/* Which chunks are finished (flags[chunks], caller's), and one finished chunk's tally. */
+enum store_status store_results_chunks(struct store *store, const char *id, bool *flags,
+                                       int64_t chunks);
+enum store_status store_results_load_chunk(struct store *store, const char *id, int64_t chunk,
+                                           struct blob *tally);
+
+/* running -> done: all tables written, chunk tallies and checkpoints dropped, in one transaction. */
+struct result_new {
+    const char *observable;
+    const void *table;
+    size_t size;
+};
+enum store_status store_results_finish(struct store *store, const char *id,
+                                       const struct result_new *results, size_t count);
+
+/* One finished table; STORE_NOT_FOUND when the job has no such observable or no results yet. */
+enum store_status store_results_get(struct store *store, const char *id, const char *observable,
+                                    struct blob *table);
+
+/* Names of a finished job's observables, in the result's order (malloc'ed strings and array). */
+enum store_status store_results_names(struct store *store, const char *id, char ***names,
+                                      size_t *count);
+
+#endif
