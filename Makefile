@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# make            build everything into build/
+# make demo       install what is missing, build, run one job of the 2022 paper through a server
+# make check      install what is missing, build, run every test that fits in CI
+# make check-long what takes longer
+# make bench      the performance suite
+# make install    DESTDIR= PREFIX=
+
+CC      ?= gcc
+PREFIX  ?= /usr/local
+B       ?= build
+PACKAGES = libmicrohttpd jansson sqlite3 gsl
+
+# Reproducible bits: no contraction to FMA, no fast-math, own elementary functions in engine/kernels.
+# -fno-math-errno and -fno-trapping-math change no value; they let loops be vectorised.
+BITS    = -ffp-contract=off -fno-math-errno -fno-trapping-math
+WARN    = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wvla \
+          -Wpointer-arith -Wwrite-strings -Wundef -Werror
+CFLAGS ?= -O3 -g
+ALL_CFLAGS = -std=c17 $(WARN) $(CFLAGS) $(BITS) -fPIC -fvisibility=hidden -MMD -MP -Iengine
+HOST_CFLAGS = -D_GNU_SOURCE -pthread -Iserver -I$B $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
+ENGINE_LIBS = $(shell pkg-config --libs gsl 2>/dev/null)
+HOST_LIBS   = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -lmd -lm -pthread
+
+ENGINE_SRC = $(wildcard engine/*.c engine/*/*.c)
+SERVER_SRC = $(filter-out server/main.c server/cli.c, $(wildcard server/*.c))
+SCHEMA_SQL = $(sort $(wildcard schema/*.sql))
+TEST_SRC   = $(wildcard tests/*/test_*.c)
+SUPPORT_SRC = $(filter-out $(TEST_SRC), $(wildcard tests/*/*.c))
+obj        = $(patsubst %.c,$B/obj/%.o,$(1))
+
+all: $B/bcdd $B/bcd $B/libbcd.so
+
+$B/obj/engine/%.o: engine/%.c
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) -c -o $@ $<
+$B/obj/server/%.o: server/%.c
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -c -o $@ $<
+$B/obj/tests/%.o: tests/%.c
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -Itests -c -o $@ $<
+
+# Migrations are compiled in as strings, one per file, in order of their numbers.
+$B/obj/server/store.o: $B/migrations.inc
+$B/migrations.inc: $(SCHEMA_SQL)
+	@mkdir -p $(@D)
+	sh deploy/embed-sql.sh $(SCHEMA_SQL) > $@.tmp && mv $@.tmp $@
+
+$B/libbcd.a: $(call obj,$(ENGINE_SRC))
+	@rm -f $@
+	ar rcs $@ $^
+# The engine must stand on GSL and libm alone.
+$B/libbcd.so: $(call obj,$(ENGINE_SRC))
+	$(CC) -shared -Wl,--no-undefined -o $@ $^ $(ENGINE_LIBS) -lm
+$B/libserver.a: $(call obj,$(SERVER_SRC))
+	@rm -f $@
+	ar rcs $@ $^
+$B/bcdd: $B/obj/server/main.o $B/libserver.a $B/libbcd.a
+	$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
+$B/bcd: $B/obj/server/cli.o $B/libserver.a $B/libbcd.a
+	$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
+
+# A test is tests/<layer>/test_<what>.c; everything else there is shared by all of them.
+TESTS = $(patsubst tests/%.c,$B/tests/%,$(TEST_SRC))
+$B/tests/%: $B/obj/tests/%.o $(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
+	@mkdir -p $(@D)
+	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS)
+tests: $(TESTS)
+
+packages:
+	sh deploy/install-packages.sh
+demo: packages
+	$(MAKE) --no-print-directory all
+	sh deploy/demo.sh
+check: packages
+	$(MAKE) --no-print-directory all tests
+	sh tests/run.sh check
+check-long: packages
+	$(MAKE) --no-print-directory all tests
+	sh tests/run.sh check-long
+bench: all
+	$B/bcd bench --json $B/bench.json
+
+install: all
+	install -D -m 755 $B/bcdd $(DESTDIR)$(PREFIX)/bin/bcdd
+	install -D -m 755 $B/bcd $(DESTDIR)$(PREFIX)/bin/bcd
+clean:
+	rm -rf $B
+
+.PHONY: all tests packages demo check check-long bench install clean
+.SECONDARY:
+-include $(shell find $B/obj -name '*.d' 2>/dev/null)
