@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * worker.h - the threads that run chunks: claim, advance in slices, checkpoint, put the tally away;
+ * whoever finishes a job's last chunk makes its tables. The clock is read here, never in the
+ * engine.
+ *
+ * THREADS  A worker owns its run alone; it meets the others only in queue.h and store.h.
+ */
+#ifndef WORKER_H
+#define WORKER_H
+
+#include "queue.h"
+#include "store.h"
+
+struct workers;
+
+/* Starts `count` threads (1..LIMIT_WORKERS_MAX), which borrow queue and store until workers_stop.
+ * All signals are blocked in them. NULL when the threads cannot be had (the cause is logged). */
+struct workers *workers_start(size_t count, struct queue *queue, struct store *store);
+
+/* Stops the queue for good and waits until every chunk in motion has left a checkpoint behind: a few
+ * slices of LIMIT_SLICE_MS. Accepts NULL. */
+void workers_stop(struct workers *workers);
+
+#endif
