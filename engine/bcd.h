@@ -27,6 +27,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#pragma GCC visibility push(default)
+
 #define BCD_VERSION "0.1.0"
 
 /* Raised by one whenever the same job and seed would give other numbers than before. */
@@ -277,5 +279,7 @@ size_t bcd_table_size(const struct bcd_table *table);
 void bcd_table_save(const struct bcd_table *table, void *bytes);
 enum bcd_status bcd_table_load(struct bcd_table **table, const void *bytes, size_t size,
                                struct bcd_error *error);
+
+#pragma GCC visibility pop
 
 #endif

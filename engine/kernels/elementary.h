@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * elementary.h - the elementary functions on the trajectory's path: branch-free, so that loops over
+ * them are vectorised, and made of IEEE additions, multiplications, divisions and square roots
+ * alone, so that every compiler, libm and x86-64 processor gives the same bits (needs
+ * -ffp-contract=off). Polynomials: minimax in the squared argument, errors below 3e-19 and 5e-18
+ * relative before rounding.
+ */
+#ifndef KERNELS_ELEMENTARY_H
+#define KERNELS_ELEMENTARY_H
+
+#include <stdint.h>
+#include <string.h>
+
+/* Nearest integer, ties to even; |x| < 2^51. Adding 1.5 * 2^52 rounds to whole numbers. */
+static inline double round_whole(double x)
+{
+    const double magic = 6755399441055744.0;
+    return (x + magic) - magic;
+}
+
+static inline double absolute(double x)
+{
+    return x < 0 ? -x : x;
+}
+
+/* sin(2 pi v) for |v| <= 1/4. */
+static inline double sin_quarter(double v)
+{
+    double z = v * v;
+    double p = 0x1.9d1b88179ce9fp-4;
+    p = p * z - 0x1.6f7977188bfe9p-1;
+    p = p * z + 0x1.e8f35e9daaa94p+1;
+    p = p * z - 0x1.e3074ddd1e8c9p+3;
+    p = p * z + 0x1.50783485190efp+5;
+    p = p * z - 0x1.32d2cce627543p+6;
+    p = p * z + 0x1.466bc6775aa6ep+6;
+    p = p * z - 0x1.4abbce625be52p+5;
+    p = p * z + 0x1.921fb54442d18p+2;
+    return p * v;
+}
+
+/* sin(2 pi u) and cos(2 pi u) for |u| <= 1/2. */
+static inline double sin_half(double u)
+{
+    double a = absolute(u);
+    double folded = a < 0.25 ? a : 0.5 - a;
+    double s = sin_quarter(folded);
+    return u < 0 ? -s : s;
+}
+
+static inline double cos_half(double u)
+{
+    return sin_quarter(0.25 - absolute(u));
+}
+
+/* sin(2 pi u) and cos(2 pi u) for |u| < 2^51: the argument counts turns. */
+static inline double sin_turns(double u)
+{
+    return sin_half(u - round_whole(u));
+}
+
+static inline double cos_turns(double u)
+{
+    return cos_half(u - round_whole(u));
+}
+
+static inline double from_bits(uint64_t bits)
+{
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint64_t to_bits(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* ln x for normal positive x: x = m 2^e with m in [sqrt 1/2, sqrt 2), ln m = 2 artanh(s). */
+static inline double log_normal(double x)
+{
+    const uint64_t sqrt_half = 0x3fe6a09e667f3bcdu, one = 0x3ff0000000000000u;
+    uint64_t shifted = to_bits(x) + (one - sqrt_half);
+    /* The exponent as a double without an integer conversion: 2^52 + biased exponent. */
+    double e = from_bits((shifted >> 52) | 0x4330000000000000u) - (4503599627370496.0 + 1023.0);
+    double m = from_bits((shifted & 0x000fffffffffffffu) + sqrt_half);
+    double s = (m - 1.0) / (m + 1.0);
+    double z = s * s;
+    double p = 0x1.2b5fb9f34d9dep-3;
+    p = p * z + 0x1.39fdb9a93a519p-3;
+    p = p * z + 0x1.7462ba254dcfbp-3;
+    p = p * z + 0x1.c71c62d046370p-3;
+    p = p * z + 0x1.2492492e03df2p-2;
+    p = p * z + 0x1.9999999995224p-2;
+    p = p * z + 0x1.5555555555558p-1;
+    const double ln2_high = 0x1.62e42fefa3800p-1, ln2_low = 0x1.ef35793c76730p-45;
+    return e * ln2_high + (2.0 * s + (s * z * p + e * ln2_low));
+}
+
+#endif

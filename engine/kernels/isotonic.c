@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * isotonic.c - see isotonic.h. Only blocks of two rods and more are kept on the stack; a rod outside
+ * them is a block of its own, read from y. In a sparse ring the whole call is one scan. */
+#include "isotonic.h"
+
+#include <stdbool.h>
+
+/* Blocks found so far, in order; the open interval of single rods between them is implicit. */
+struct stack {
+    struct isotonic_block *blocks;
+    int64_t count;
+};
+
+static double count_of(const struct isotonic_block *b)
+{
+    return (double)(b->last - b->first + 1);
+}
+
+static void set_mean(struct isotonic_block *b)
+{
+    b->mean = b->base + b->sum / count_of(b);
+}
+
+static struct isotonic_block single(const double *y, int64_t i)
+{
+    return (struct isotonic_block){.first = i, .last = i, .base = y[i], .sum = 0, .mean = y[i]};
+}
+
+/* Right neighbour b joins a. Sums are relative to a rod of the block: no cancellation. */
+static void absorb_right(struct isotonic_block *a, const struct isotonic_block *b)
+{
+    a->sum += b->sum + count_of(b) * (b->base - a->base);
+    a->last = b->last;
+    set_mean(a);
+}
+
+static void absorb_left(struct isotonic_block *b, const struct isotonic_block *a)
+{
+    struct isotonic_block joined = *a;
+    absorb_right(&joined, b);
+    *b = joined;
+}
+
+/* The finished block that ends at rod i: from the stack's top or the rod alone. */
+static bool top_ends_at(const struct stack *s, int64_t i)
+{
+    return s->count > 0 && s->blocks[s->count - 1].last == i;
+}
+
+/* Rods i and i+1 are out of order: pool them and whatever follows from it. */
+static void pool_from(const double *y, int64_t n, int64_t i, struct stack *s)
+{
+    struct isotonic_block next = single(y, i + 1);
+    struct isotonic_block b = top_ends_at(s, i) ? s->blocks[--s->count] : single(y, i);
+    absorb_right(&b, &next);
+    for (;;) {
+        while (b.last + 1 < n && b.mean >= y[b.last + 1]) {
+            next = single(y, b.last + 1);
+            absorb_right(&b, &next);
+        }
+        if (b.first == 0)
+            break;
+        bool pooled = top_ends_at(s, b.first - 1);
+        struct isotonic_block left =
+            pooled ? s->blocks[s->count - 1] : single(y, b.first - 1);
+        if (left.mean < b.mean)
+            break;
+        s->count -= pooled;
+        absorb_left(&b, &left);
+    }
+    s->blocks[s->count++] = b;
+}
+
+static void pool_line(const double *y, int64_t n, struct stack *s)
+{
+    int64_t i = 0;
+    while (i + 1 < n) {
+        if (y[i] < y[i + 1]) {
+            i++;
+            continue;
+        }
+        pool_from(y, n, i, s);
+        i = s->blocks[s->count - 1].last + 1;
+        /* The rod after a block lies beyond its mean: pool_from saw to that. */
+    }
+}
+
+static void write_blocks(double *y, const struct isotonic_block *blocks, int64_t count)
+{
+    for (int64_t k = 0; k < count; k++)
+        for (int64_t i = blocks[k].first; i <= blocks[k].last; i++)
+            y[i] = blocks[k].mean;
+}
+
+/* The block across the seam: rods first .. n-1 and 0 .. head (seen at y + ell). The blocks low ..
+ * high-1 of the stack are still outside it. */
+struct seam {
+    struct isotonic_block block; /* in the tail's frame; last counts on: n + head */
+    int64_t low, high;
+};
+
+/* Takes one neighbour into the seam's block if it violates the order; false when none does. */
+static bool seam_widen(struct seam *seam, const double *y, int64_t n, double ell,
+                       const struct isotonic_block *blocks)
+{
+    struct isotonic_block *b = &seam->block;
+    int64_t left = b->first - 1, right = b->last + 1 - n; /* the rods just outside */
+    if (left < right)
+        return false; /* all rods are in */
+    bool pooled = seam->high > seam->low && blocks[seam->high - 1].last == left;
+    struct isotonic_block next = pooled ? blocks[seam->high - 1] : single(y, left);
+    if (next.mean >= b->mean) {
+        seam->high -= pooled;
+        absorb_left(b, &next);
+        return true;
+    }
+    pooled = seam->high > seam->low && blocks[seam->low].first == right;
+    next = pooled ? blocks[seam->low] : single(y, right);
+    if (b->mean >= next.mean + ell) {
+        seam->low += pooled;
+        next.base += ell;
+        next.first += n;
+        next.last += n;
+        absorb_right(b, &next);
+        return true;
+    }
+    return false;
+}
+
+void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *blocks)
+{
+    struct stack s = {blocks, 0};
+    pool_line(y, n, &s);
+
+    bool head_pooled = s.count > 0 && blocks[0].first == 0;
+    bool tail_pooled = top_ends_at(&s, n - 1);
+    double head = head_pooled ? blocks[0].mean : y[0];
+    double tail = tail_pooled ? blocks[s.count - 1].mean : y[n - 1];
+    /* One rod, or one block of all, spans nothing but itself: its ends are ell apart at least. */
+    bool whole = n == 1 || (head_pooled && blocks[0].last == n - 1);
+    if (whole || tail < head + ell) {
+        write_blocks(y, blocks, s.count);
+        return;
+    }
+
+    struct seam seam = {.block = tail_pooled ? blocks[s.count - 1] : single(y, n - 1),
+                        .low = 0,
+                        .high = s.count - tail_pooled};
+    while (seam_widen(&seam, y, n, ell, blocks))
+        ;
+    write_blocks(y, blocks + seam.low, seam.high - seam.low);
+    /* The head's position is rounded first and the tail made from it: contact is bitwise. */
+    double at_head = seam.block.mean - ell, at_tail = at_head + ell;
+    for (int64_t i = seam.block.first; i < n; i++)
+        y[i] = at_tail;
+    for (int64_t i = 0; i <= seam.block.last - n; i++)
+        y[i] = at_head;
+}

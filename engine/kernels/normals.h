@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * normals.h - noise from a counter, not from a state: Philox4x32-10 (Salmon et al., SC'11,
+ * doi 10.1145/2063384.2063405) and Box-Muller. The normal of rod i at a tick is a pure function of
+ * (seed, realization, stream, tick, i), whatever was drawn before: runs can be cut anywhere.
+ *
+ * Counter words: {i / 4, realization, tick low, stream << 24 | tick high}; key: seed. One counter
+ * gives four 32-bit words, two Box-Muller pairs, four normals (reach: 6.76 standard deviations).
+ */
+#ifndef KERNELS_NORMALS_H
+#define KERNELS_NORMALS_H
+
+#include <stdint.h>
+
+struct noise_key {
+    uint64_t seed;
+    uint32_t realization;
+    uint8_t stream; /* separates uses: 0 = steps, 1 = initial configuration, ... */
+};
+
+/* out[i] += scale * normal(i), i = 0 .. n-1, for one tick (0 <= tick < 2^56), n < 2^34. */
+void normals_add(double *out, int64_t n, double scale, const struct noise_key *key, int64_t tick);
+
+/* words[4 * j + w] = word w of the Philox block of counter {first + j, ...}, j = 0 .. blocks-1. */
+void philox_words(uint32_t *words, int64_t first, int64_t blocks, const struct noise_key *key,
+                  int64_t tick);
+
+#endif

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * wave.c - see wave.h. */
+#include "wave.h"
+#include "elementary.h"
+#include "simd.h"
+
+enum { TILE = 256, LANES = 8 };
+
+KERNEL_CLONES
+void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
+                   const struct wave *wave, double scale)
+{
+    const double k = wave->inverse_wavelength, phase = wave->phase;
+    for (int64_t start = 0; start < n; start += TILE) {
+        int count = n - start < TILE ? (int)(n - start) : TILE;
+        double base = (double)start;
+        const double *from = y + start;
+        double *to = out + start;
+        for (int j = 0; j < count; j++) {
+            double x = from[j] + (base + (double)j) * diameter;
+            to[j] += scale * sin_turns(x * k + phase);
+        }
+    }
+}
+
+KERNEL_CLONES
+double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct wave *wave)
+{
+    const double k = wave->inverse_wavelength, phase = wave->phase;
+    double sum[LANES] = {0};
+    int64_t whole = n - n % LANES;
+    for (int64_t i = 0; i < whole; i += LANES)
+        for (int j = 0; j < LANES; j++)
+            sum[j] += cos_turns((y[i + j] + ((double)i + (double)j) * diameter) * k + phase);
+    for (int64_t i = whole; i < n; i++)
+        sum[i - whole] += cos_turns((y[i] + (double)i * diameter) * k + phase);
+    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}

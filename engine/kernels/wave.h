@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * wave.h - a plane wave acting on rods: x_i = y_i + i * diameter (reduced to real coordinates).
+ * turns(x) = x * inverse_wavelength + phase counts wavelengths (phase in turns, not radians).
+ */
+#ifndef KERNELS_WAVE_H
+#define KERNELS_WAVE_H
+
+#include <stdint.h>
+
+struct wave {
+    double inverse_wavelength, phase;
+};
+
+/* out[i] += scale * sin(2 pi turns(x_i)), i = 0 .. n-1. */
+void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
+                   const struct wave *wave, double scale);
+
+/* Sum over i of cos(2 pi turns(x_i)), in a fixed order of eight partial sums. */
+double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct wave *wave);
+
+#endif
