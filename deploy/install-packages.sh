@@ -1,0 +1,88 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# install-packages.sh [long] - installs what building and testing need on Debian 12 and is missing.
+#
+# Whether something is missing is decided by using it: command -v for programs, pkg-config for
+# libraries, a file for header-only ones. When nothing is missing the script says nothing and does
+# not touch the network. `long` adds what only `make check-long` needs.
+set -eu
+
+missing=
+
+need_command() { # command package
+    command -v "$1" >/dev/null 2>&1 || missing="$missing $2"
+}
+
+need_library() { # pkg-config module, package
+    pkg-config --exists "$1" 2>/dev/null || missing="$missing $2"
+}
+
+need_header() { # header below the system's include directories, package
+    [ -e "/usr/include/$1" ] || [ -e "/usr/local/include/$1" ] || missing="$missing $2"
+}
+
+look() {
+    missing=
+    need_command gcc gcc
+    need_header stdio.h libc6-dev
+    need_command make make
+    need_command pkg-config pkg-config
+    need_library libmicrohttpd libmicrohttpd-dev
+    need_library jansson libjansson-dev
+    need_library sqlite3 libsqlite3-dev
+    need_library gsl libgsl-dev
+    need_library libmd libmd-dev
+    need_library cmocka libcmocka-dev
+    need_header Random123/philox.h librandom123-dev
+    need_command curl curl
+    need_command jq jq
+    need_command sqlite3 sqlite3
+    if [ "${1:-}" = long ]; then
+        need_command clang clang
+    fi
+}
+
+look "${1:-}"
+[ -n "$missing" ] || exit 0
+
+echo "install-packages: missing:$missing"
+if ! command -v apt-get >/dev/null 2>&1; then
+    echo "install-packages: there is no apt-get here; please install the above by hand" >&2
+    exit 1
+fi
+as_root=
+if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null 2>&1; then
+        echo "install-packages: not root and no sudo; as root run: apt-get install$missing" >&2
+        exit 1
+    fi
+    as_root=sudo
+fi
+
+# Without a pkg-config every library above looks missing; apt leaves alone what is there.
+install() {
+    $as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y --no-install-recommends $missing
+}
+fail() {
+    echo "install-packages: apt-get could not install:$missing" >&2
+    exit 1
+}
+echo "install-packages: ${as_root:+$as_root }apt-get install$missing"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+# A fresh machine has no package lists, an old one stale lists: fetch them only when needed.
+if ! install >"$log" 2>&1; then
+    echo "install-packages: ${as_root:+$as_root }apt-get update"
+    { $as_root apt-get update && install; } >"$log" 2>&1 || {
+        cat "$log" >&2
+        fail
+    }
+fi
+
+look "${1:-}"
+[ -z "$missing" ] || {
+    cat "$log" >&2
+    fail
+}
+echo "install-packages: done"
