@@ -26,6 +26,7 @@ enum { JOB_ID_SIZE = 24, JOB_HASH_SIZE = 32 };
 struct job_record {
     int64_t seq;               /* order of submission: the keyset cursor */
     char id[JOB_ID_SIZE];      /* [a-z0-9-]+ */
+    unsigned char hash[JOB_HASH_SIZE];
     enum job_state state;
     int64_t submitted_ms, started_ms, finished_ms;
     int64_t chunks, chunks_done;
@@ -34,6 +35,7 @@ struct job_record {
     char *error;               /* NULL or why it failed */
 };
 void job_record_fini(struct job_record *record);
+void job_records_free(struct job_record *records, size_t count);
 
 /* A job to be kept. hash = SHA-256 of bcd_scene_encode(). idempotency_key may be NULL. */
 struct job_new {
@@ -44,8 +46,9 @@ struct job_new {
 };
 
 /* On disk when it returns STORE_OK. When a job with this hash is queued, running or done already,
- * *existed is true and the record is that one. An idempotency key that was used for another job is
- * STORE_CONFLICT. */
+ * *existed is true and the record is that one; one that failed or was cancelled may be inserted
+ * again. An idempotency key always answers with the job it was first used for, whatever became of
+ * it; used for another job it is STORE_CONFLICT. 1..LIMIT_IDEMPOTENCY_KEY_BYTES_MAX bytes. */
 enum store_status store_jobs_insert(struct store *store, const struct job_new *job,
                                     struct job_record *record, bool *existed);
 
@@ -53,7 +56,10 @@ enum store_status store_jobs_get(struct store *store, const char *id, struct job
 
 /* Newest first, rows with seq < before_seq (0 = from the newest), at most `limit`. state < 0 = all.
  * Filters compare scalars of the completed job: {"diameter", "0.5"}, {"potential.amplitude", "6"},
- * numerically when both are numbers. The caller frees *records (each _fini, then the array). */
+ * numerically when both are numbers (1e-15 relative: a double written in another way is still
+ * found). A path that no job can have ([a-z0-9_], parts joined by dots) finds nothing. At most
+ * LIMIT_FILTERS_MAX filters. The caller ends *records with job_records_free (or each _fini, then
+ * free). */
 struct job_filter {
     const char *path, *value;
 };

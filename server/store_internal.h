@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * store_internal.h - what the store*.c files share: transactions on the one writing connection,
+ * read-only connections from the pool, and statements bound by name. Nobody else includes this
+ * (but tests/server/test_store.c, to look behind the door).
+ */
+#ifndef STORE_INTERNAL_H
+#define STORE_INTERNAL_H
+
+#include "store_jobs.h"
+
+#include <sqlite3.h>
+#include <pthread.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum {
+    STORE_APPLICATION_ID = 0x62636464, /* "bcdd" */
+    STORE_READERS = 4,
+    STORE_BUSY_MS = 10000,
+    STORE_WAL_BYTES_KEPT = 64 << 20, /* a longer -wal file is cut back when it is reused */
+};
+
+/* THREADS  `writer`, `begin_*` and everything done with it: under write_mutex. `idle` and `idle_count`: under
+ * read_mutex, read_returned is signalled when a reader comes back. The rest never changes. */
+struct store {
+    int lock_fd;
+    char *path; /* DIR/bcd.sqlite */
+    pthread_mutex_t write_mutex;
+    sqlite3 *writer;
+    const char *begin_file; /* who began the transaction in progress, for the log */
+    int begin_line;
+    pthread_mutex_t read_mutex;
+    pthread_cond_t read_returned;
+    sqlite3 *idle[STORE_READERS];
+    size_t idle_count, reader_count;
+};
+
+/* One numbered file of schema/. */
+struct migration {
+    const char *name, *sql;
+};
+
+/* store_open with a schema other than the one compiled in, so that migration can be tested. */
+struct store_schema {
+    const struct migration *migrations;
+    size_t count;
+};
+enum store_status store_open_schema(struct store **store, const char *dir,
+                                    const struct store_schema *schema, char *reason, size_t size);
+
+/* A writing transaction: BEGIN IMMEDIATE, with the mutex held until store_end. STORE_OK hands the
+ * connection over; otherwise there is nothing to end. */
+#define STORE_BEGIN(store, db) store_begin((store), (db), __FILE__, __LINE__)
+enum store_status store_begin(struct store *store, sqlite3 **db, const char *file, int line);
+
+/* Commits if status is STORE_OK, else rolls back; returns what became of it. */
+enum store_status store_end(struct store *store, enum store_status status);
+
+/* A read-only connection; waits for one when all are out. Never fails. */
+sqlite3 *store_read_begin(struct store *store);
+void store_read_end(struct store *store, sqlite3 *db);
+
+/* Logs the connection's last error with the statement, and says which status it means. */
+enum store_status store_fault(sqlite3 *db, int code, const char *sql);
+
+/* Runs statements that return nothing. */
+enum store_status store_exec(sqlite3 *db, const char *sql);
+
+/* A statement. The first failure sticks: later calls do nothing, and stmt_fini returns it. So a
+ * caller opens, binds, steps and looks at the status once. */
+struct stmt {
+    sqlite3 *db;
+    sqlite3_stmt *handle;
+    const char *sql;
+    enum store_status status;
+};
+struct stmt stmt_init(sqlite3 *db, const char *sql);
+/* name is ":job" as in the SQL; an unknown name is our own mistake. Text and blobs are borrowed until
+ * stmt_fini; NULL text binds NULL, an empty blob stays a blob. */
+void stmt_bind_text(struct stmt *stmt, const char *name, const char *value);
+void stmt_bind_integer(struct stmt *stmt, const char *name, int64_t value);
+void stmt_bind_number(struct stmt *stmt, const char *name, double value);
+void stmt_bind_blob(struct stmt *stmt, const char *name, const void *bytes, size_t size);
+/* True while there is a row to be read. */
+bool stmt_step(struct stmt *stmt);
+/* Columns of the current row, copied: malloc'ed, NULL for NULL; no memory becomes the status. */
+char *stmt_text(struct stmt *stmt, int column);
+void *stmt_blob(struct stmt *stmt, int column, size_t *size);
+int64_t stmt_integer(struct stmt *stmt, int column);
+enum store_status stmt_fini(struct stmt *stmt);
+
+/* Runs a statement that returns no rows to its end and closes it. *changes (may be NULL) = rows
+ * changed by it. */
+enum store_status stmt_run(struct stmt *stmt, int *changes);
+
+/* One transition inside a transaction; see store_jobs.h. error is for JOB_FAILED only. The working
+ * data (chunks, checkpoints) of a job that ends here are dropped. */
+enum store_status store_jobs_move(sqlite3 *db, const char *id, enum job_state to,
+                                  const char *error);
+
+/* STORE_CONFLICT if there is such a job, STORE_NOT_FOUND if not: why an UPDATE changed nothing. */
+enum store_status store_jobs_why(sqlite3 *db, const char *id);
+
+int64_t store_now_ms(void);
+
+#endif

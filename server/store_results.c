@@ -1,0 +1,272 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * store_results.c - blobs of jobs in motion and of jobs that are done; see store_results.h. */
+#include "store_results.h"
+
+#include "store_internal.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+void blob_fini(struct blob *blob)
+{
+    free(blob->bytes);
+    blob->bytes = NULL;
+    blob->size = 0;
+}
+
+/* Runs a statement with :id, :chunk and :bytes, the latter two where it has them (chunk < 0, bytes
+ * NULL: it has not). */
+struct chunk_change {
+    const char *id;
+    int64_t chunk;
+    const void *bytes;
+    size_t size;
+};
+static enum store_status change(sqlite3 *db, const char *sql, const struct chunk_change *what,
+                                int *changes)
+{
+    struct stmt row = stmt_init(db, sql);
+
+    stmt_bind_text(&row, ":id", what->id);
+    if (what->chunk >= 0)
+        stmt_bind_integer(&row, ":chunk", what->chunk);
+    if (what->bytes)
+        stmt_bind_blob(&row, ":bytes", what->bytes, what->size);
+    return stmt_run(&row, changes);
+}
+
+/* Reads the one blob that a statement finds; STORE_NOT_FOUND if none. Ends the statement. */
+static enum store_status read_blob(struct stmt *row, struct blob *blob)
+{
+    struct blob found = {0};
+    enum store_status status;
+    bool any = stmt_step(row);
+
+    if (any)
+        found.bytes = stmt_blob(row, 0, &found.size);
+    status = stmt_fini(row);
+    if (status) {
+        blob_fini(&found);
+        return status;
+    }
+    if (!any)
+        return STORE_NOT_FOUND;
+    *blob = found;
+    return STORE_OK;
+}
+
+/* ------------------------------------------------------------------ in motion */
+
+enum store_status store_results_checkpoint(struct store *store, const char *id, int64_t chunk,
+                                           const void *bytes, size_t size)
+{
+    struct chunk_change what = {id, chunk, bytes, size};
+    int changes = 0;
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    assert(chunk >= 0 && bytes);
+    if (status)
+        return status;
+    status = change(db,
+                    "INSERT INTO checkpoints (job, chunk, bytes)"
+                    " SELECT seq, :chunk, :bytes FROM jobs"
+                    " WHERE id = :id AND state = 'running' AND :chunk < chunks"
+                    " ON CONFLICT (job, chunk) DO UPDATE SET bytes = excluded.bytes",
+                    &what, &changes);
+    if (status == STORE_OK && changes == 0)
+        status = store_jobs_why(db, id);
+    return store_end(store, status);
+}
+
+static enum store_status load(struct store *store, const char *sql, const char *id, int64_t chunk,
+                              struct blob *blob)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row = stmt_init(db, sql);
+    enum store_status status;
+
+    stmt_bind_text(&row, ":id", id);
+    stmt_bind_integer(&row, ":chunk", chunk);
+    status = read_blob(&row, blob);
+    store_read_end(store, db);
+    return status;
+}
+
+enum store_status store_results_load_checkpoint(struct store *store, const char *id, int64_t chunk,
+                                                struct blob *checkpoint)
+{
+    return load(store,
+                "SELECT bytes FROM checkpoints"
+                " WHERE job = (SELECT seq FROM jobs WHERE id = :id) AND chunk = :chunk",
+                id, chunk, checkpoint);
+}
+
+/* Whether the chunk is there already: then putting it again is no fault. */
+static enum store_status why_no_chunk(sqlite3 *db, const struct chunk_change *what)
+{
+    struct stmt row =
+        stmt_init(db, "SELECT 1 FROM chunks"
+                      " WHERE job = (SELECT seq FROM jobs WHERE id = :id) AND chunk = :chunk");
+    enum store_status status;
+    bool there;
+
+    stmt_bind_text(&row, ":id", what->id);
+    stmt_bind_integer(&row, ":chunk", what->chunk);
+    there = stmt_step(&row);
+    status = stmt_fini(&row);
+    return status || there ? status : store_jobs_why(db, what->id);
+}
+
+static enum store_status put_chunk(sqlite3 *db, const struct chunk_change *what)
+{
+    struct chunk_change only_id = {.id = what->id, .chunk = -1};
+    struct chunk_change only_chunk = {.id = what->id, .chunk = what->chunk};
+    int changes = 0;
+    enum store_status status = change(db,
+                                      "INSERT INTO chunks (job, chunk, bytes)"
+                                      " SELECT seq, :chunk, :bytes FROM jobs"
+                                      " WHERE id = :id AND state = 'running' AND :chunk < chunks"
+                                      " ON CONFLICT (job, chunk) DO NOTHING",
+                                      what, &changes);
+
+    if (status)
+        return status;
+    if (changes == 0)
+        return why_no_chunk(db, what);
+    status = change(db,
+                    "UPDATE jobs SET chunks_done = chunks_done + 1"
+                    " WHERE id = :id AND state = 'running'",
+                    &only_id, &changes);
+    assert(status || changes == 1);
+    if (status)
+        return status;
+    return change(db,
+                  "DELETE FROM checkpoints"
+                  " WHERE job = (SELECT seq FROM jobs WHERE id = :id) AND chunk = :chunk",
+                  &only_chunk, NULL);
+}
+
+enum store_status store_results_put_chunk(struct store *store, const char *id, int64_t chunk,
+                                          const void *tally, size_t size)
+{
+    struct chunk_change what = {id, chunk, tally, size};
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    assert(chunk >= 0 && tally);
+    return status ? status : store_end(store, put_chunk(db, &what));
+}
+
+enum store_status store_results_chunks(struct store *store, const char *id, bool *flags,
+                                       int64_t chunks)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row = stmt_init(db, "SELECT chunk FROM chunks"
+                                    " WHERE job = (SELECT seq FROM jobs WHERE id = :id)");
+    enum store_status status;
+
+    memset(flags, 0, (size_t)chunks * sizeof *flags);
+    stmt_bind_text(&row, ":id", id);
+    while (stmt_step(&row)) {
+        int64_t chunk = stmt_integer(&row, 0);
+
+        if (chunk >= 0 && chunk < chunks)
+            flags[chunk] = true;
+    }
+    status = stmt_fini(&row);
+    store_read_end(store, db);
+    return status;
+}
+
+enum store_status store_results_load_chunk(struct store *store, const char *id, int64_t chunk,
+                                           struct blob *tally)
+{
+    return load(store,
+                "SELECT bytes FROM chunks"
+                " WHERE job = (SELECT seq FROM jobs WHERE id = :id) AND chunk = :chunk",
+                id, chunk, tally);
+}
+
+/* ----------------------------------------------------------------------- done */
+
+static enum store_status insert_result(sqlite3 *db, const char *id, const struct result_new *result,
+                                       int64_t position)
+{
+    struct stmt row = stmt_init(db, "INSERT INTO results (job, position, observable, bytes)"
+                                    " VALUES ((SELECT seq FROM jobs WHERE id = :id),"
+                                    " :position, :observable, :bytes)");
+
+    stmt_bind_text(&row, ":id", id);
+    stmt_bind_integer(&row, ":position", position);
+    stmt_bind_text(&row, ":observable", result->observable);
+    stmt_bind_blob(&row, ":bytes", result->table, result->size);
+    return stmt_run(&row, NULL);
+}
+
+/* The state moves first: whoever comes too late (cancelled meanwhile) writes nothing. */
+enum store_status store_results_finish(struct store *store, const char *id,
+                                       const struct result_new *results, size_t count)
+{
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    if (status)
+        return status;
+    status = store_jobs_move(db, id, JOB_DONE, NULL);
+    for (size_t i = 0; status == STORE_OK && i < count; i++)
+        status = insert_result(db, id, &results[i], (int64_t)i);
+    return store_end(store, status);
+}
+
+enum store_status store_results_get(struct store *store, const char *id, const char *observable,
+                                    struct blob *table)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row =
+        stmt_init(db, "SELECT bytes FROM results WHERE job ="
+                      " (SELECT seq FROM jobs WHERE id = :id) AND observable = :observable");
+    enum store_status status;
+
+    stmt_bind_text(&row, ":id", id);
+    stmt_bind_text(&row, ":observable", observable);
+    status = read_blob(&row, table);
+    store_read_end(store, db);
+    return status;
+}
+
+enum store_status store_results_names(struct store *store, const char *id, char ***names,
+                                      size_t *count)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row = stmt_init(db, "SELECT observable FROM results WHERE job ="
+                                    " (SELECT seq FROM jobs WHERE id = :id) ORDER BY position");
+    char **list = NULL;
+    size_t used = 0;
+    enum store_status status;
+
+    stmt_bind_text(&row, ":id", id);
+    while (stmt_step(&row)) {
+        char **longer = realloc(list, (used + 1) * sizeof *list);
+
+        if (!longer) {
+            row.status = store_fault(db, SQLITE_NOMEM, row.sql);
+            break;
+        }
+        list = longer;
+        list[used] = stmt_text(&row, 0);
+        used += list[used] != NULL;
+    }
+    status = stmt_fini(&row);
+    store_read_end(store, db);
+    if (status) {
+        for (size_t i = 0; i < used; i++)
+            free(list[i]);
+        free(list);
+        return status;
+    }
+    *names = list;
+    *count = used;
+    return STORE_OK;
+}
