@@ -17,7 +17,7 @@ BITS    = -ffp-contract=off -fno-math-errno -fno-trapping-math
 WARN    = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wvla \
           -Wpointer-arith -Wwrite-strings -Wundef -Werror
 CFLAGS ?= -O3 -g
-ALL_CFLAGS = -std=c17 $(WARN) $(CFLAGS) $(BITS) -fPIC -fvisibility=hidden -MMD -MP -Iengine
+ALL_CFLAGS = -std=c17 $(WARN) $(CFLAGS) $(BITS) -fPIC -fvisibility=hidden -MMD -MP -Iengine -D_DEFAULT_SOURCE
 HOST_CFLAGS = -D_GNU_SOURCE -pthread -Iserver -I$B $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
 ENGINE_LIBS = $(shell pkg-config --libs gsl 2>/dev/null)
 HOST_LIBS   = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -lmd -lm -pthread
@@ -27,19 +27,23 @@ SERVER_SRC = $(filter-out server/main.c server/cli.c, $(wildcard server/*.c))
 SCHEMA_SQL = $(sort $(wildcard schema/*.sql))
 TEST_SRC   = $(wildcard tests/*/test_*.c)
 SUPPORT_SRC = $(filter-out $(TEST_SRC), $(wildcard tests/*/*.c))
+Q = $(if $V,,@)# make V=1 shows whole commands
 obj        = $(patsubst %.c,$B/obj/%.o,$(1))
 
 all: $B/bcdd $B/bcd $B/libbcd.so
 
 $B/obj/engine/%.o: engine/%.c
 	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) -c -o $@ $<
+	$(if $V,,@echo "  CC $<")
+	$Q$(CC) $(ALL_CFLAGS) -c -o $@ $<
 $B/obj/server/%.o: server/%.c
 	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -c -o $@ $<
+	$(if $V,,@echo "  CC $<")
+	$Q$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -c -o $@ $<
 $B/obj/tests/%.o: tests/%.c
 	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -Itests -c -o $@ $<
+	$(if $V,,@echo "  CC $<")
+	$Q$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -Itests -c -o $@ $<
 
 # Migrations are compiled in as strings, one per file, in order of their numbers.
 $B/obj/server/store.o: $B/migrations.inc
@@ -49,23 +53,23 @@ $B/migrations.inc: $(SCHEMA_SQL)
 
 $B/libbcd.a: $(call obj,$(ENGINE_SRC))
 	@rm -f $@
-	ar rcs $@ $^
+	$Qar rcs $@ $^
 # The engine must stand on GSL and libm alone.
 $B/libbcd.so: $(call obj,$(ENGINE_SRC))
-	$(CC) -shared -Wl,--no-undefined -o $@ $^ $(ENGINE_LIBS) -lm
+	$Q$(CC) -shared -Wl,--no-undefined -o $@ $^ $(ENGINE_LIBS) -lm
 $B/libserver.a: $(call obj,$(SERVER_SRC))
 	@rm -f $@
-	ar rcs $@ $^
+	$Qar rcs $@ $^
 $B/bcdd: $B/obj/server/main.o $B/libserver.a $B/libbcd.a
-	$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
+	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
 $B/bcd: $B/obj/server/cli.o $B/libserver.a $B/libbcd.a
-	$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
+	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
 # A test is tests/<layer>/test_<what>.c; everything else there is shared by all of them.
 TESTS = $(patsubst tests/%.c,$B/tests/%,$(TEST_SRC))
 $B/tests/%: $B/obj/tests/%.o $(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
 	@mkdir -p $(@D)
-	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS)
+	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS)
 tests: $(TESTS)
 
 packages:

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * arena.h - all memory of a run in two blocks: one that a checkpoint copies, one for scratch.
+ * Layout code runs twice: first with bytes == NULL to count, then to hand out addresses.
+ */
+#ifndef ARENA_H
+#define ARENA_H
+
+#include <stddef.h>
+
+struct arena {
+    unsigned char *bytes; /* NULL while counting */
+    size_t used;
+};
+
+enum { ARENA_ALIGNMENT = 64 };
+
+/* `size` bytes, aligned; NULL while counting. */
+static inline void *arena_take(struct arena *arena, size_t size)
+{
+    void *at = arena->bytes ? arena->bytes + arena->used : NULL;
+    arena->used += (size + ARENA_ALIGNMENT - 1) / ARENA_ALIGNMENT * ARENA_ALIGNMENT;
+    return at;
+}
+
+#endif

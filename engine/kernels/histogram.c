@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * histogram.c - see histogram.h. Bins are found for a tile of rods at once, then counted. */
+#include "histogram.h"
+#include "elementary.h"
+#include "simd.h"
+
+enum { TILE = 256 };
+
+static inline int32_t bin_of(double turns, double bins)
+{
+    double u = turns - round_whole(turns);
+    u = u < 0 ? u + 1 : u;
+    double bin = u * bins;
+    return (int32_t)(bin < bins ? bin : 0); /* u + 1 may round to 1: the first bin again */
+}
+
+int64_t fold_bin(const struct fold *fold, double x)
+{
+    return bin_of(x * fold->inverse_period, (double)fold->bins);
+}
+
+KERNEL_CLONES
+void histogram_add(int64_t *counts, const struct fold *fold, const double *y, int64_t n,
+                   double diameter)
+{
+    const double k = fold->inverse_period, bins = (double)fold->bins;
+    int32_t bin[TILE];
+    for (int64_t start = 0; start < n; start += TILE) {
+        int count = n - start < TILE ? (int)(n - start) : TILE;
+        for (int j = 0; j < count; j++)
+            bin[j] = bin_of((y[start + j] + ((double)start + (double)j) * diameter) * k, bins);
+        for (int j = 0; j < count; j++)
+            counts[bin[j]]++;
+    }
+}

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * contact_density - density of pairs of neighbours in contact, rho2(x, x + sigma), x the centre of the
+ * left rod: doi 10.1103/PhysRevE.106.054606, Eq. 26. Pairs whose gap is at most `gap` are counted and
+ * divided by it, so the number is the mean of rho2(x, x + sigma + g) over 0 <= g <= gap.
+ *
+ * A projected Euler step keeps rods in exact contact too often: as if they were shorter by
+ * 1.165 sqrt(D h). That must stay small against `gap`; the table tells the resulting share.
+ */
+#include "part.h"
+#include "table.h"
+#include "kernels/histogram.h"
+
+#include <math.h>
+#include <string.h>
+
+struct contact_par {
+    int64_t bins;
+    double gap;
+};
+
+static const struct bcd_param contact_params[] = {
+    {.name = "bins", .type = BCD_PARAM_INTEGER, .min = 1, .max = 1000000, .fallback = 50,
+     .doc = "bins over one period", .offset = offsetof(struct contact_par, bins)},
+    {.name = "gap", .type = BCD_PARAM_NUMBER, .above_min = true, .unit = "length", .min = 0,
+     .max = 1e12, .fallback = 1e-3, .doc = "rods closer than this count as in contact",
+     .offset = offsetof(struct contact_par, gap)},
+    {0},
+};
+
+struct contact_memory {
+    int64_t samples;
+    int64_t counts[];
+};
+
+static size_t contact_count(const void *par, const struct plan *plan)
+{
+    (void)plan;
+    return (size_t)((const struct contact_par *)par)->bins;
+}
+
+static size_t contact_memory(const void *par, const struct plan *plan)
+{
+    return sizeof(struct contact_memory) + contact_count(par, plan) * sizeof(int64_t);
+}
+
+static void contact_check(const struct bcd_group *group, const struct plan *plan,
+                          struct bcd_errors *errors)
+{
+    const struct contact_par *par = group->values;
+    if (plan->free_length > 0 && par->gap > plan->free_length)
+        group_fault(group, "gap", errors, "must not exceed the free length L - N sigma = %.12g",
+                    plan->free_length);
+}
+
+/* Noise over a step must not cross more than half of the window. */
+static double contact_time_step_max(const void *par, const struct plan *plan)
+{
+    double half = ((const struct contact_par *)par)->gap / 2;
+    return plan->diffusion > 0 ? half * half / (4 * plan->diffusion) : INFINITY;
+}
+
+static void contact_begin(struct observer *o, const struct sim *sim)
+{
+    (void)sim;
+    memset(o->memory, 0, contact_memory(o->par, o->plan));
+}
+
+static void contact_sample(struct observer *o, const struct sim *sim)
+{
+    const struct plan *plan = o->plan;
+    struct contact_memory *memory = o->memory;
+    const double gap = ((const struct contact_par *)o->par)->gap;
+    const struct fold fold = {1 / plan->period, (int64_t)o->count};
+    const double *y = sim->y;
+    int64_t n = plan->particles;
+    for (int64_t i = 0; i < n; i++) {
+        double next = i + 1 < n ? y[i + 1] : y[0] + plan->free_length;
+        if (next - y[i] <= gap)
+            memory->counts[fold_bin(&fold, y[i] + (double)i * plan->diameter)]++;
+    }
+    memory->samples++;
+}
+
+static void contact_end_block(struct observer *o, const struct sim *sim, double *values)
+{
+    const struct plan *plan = o->plan;
+    const struct contact_par *par = o->par;
+    struct contact_memory *memory = o->memory;
+    double width = plan->period / (double)o->count;
+    double unit = 1 / ((double)memory->samples * width * (double)plan->periods * par->gap);
+    for (size_t i = 0; i < o->count; i++)
+        values[i] = memory->samples ? (double)memory->counts[i] * unit : NAN;
+    contact_begin(o, sim);
+}
+
+static enum bcd_status contact_table(const void *par, const struct plan *plan,
+                                     const struct moments *moments, struct bcd_table *table)
+{
+    const struct contact_par *p = par;
+    table_describe(table, "contact_density", contact_count(par, plan));
+    table_axes(table, "x", "contact density \xcf\x81\xe2\x82\x82(x, x+\xcf\x83)");
+    double *x = table_add(table, "x", BCD_ROLE_X);
+    if (!x || table_add_moments(table, "contact_density", moments))
+        return BCD_NO_MEMORY;
+    for (size_t i = 0; i < table->rows; i++)
+        x[i] = ((double)i + 0.5) * plan->period / (double)table->rows;
+    table_note_number(table, "gap", p->gap);
+    return BCD_OK;
+}
+
+const struct observable_type observable_contact_density = {
+    .part = {.name = "contact_density", .doc = "density of neighbours in contact over one period",
+             .params = contact_params},
+    .par_size = sizeof(struct contact_par),
+    .theory = true,
+    .check = contact_check,
+    .time_step_max = contact_time_step_max,
+    .sample_ns = 1.5,
+    .count = contact_count,
+    .memory = contact_memory,
+    .begin = contact_begin,
+    .sample = contact_sample,
+    .end_block = contact_end_block,
+    .table = contact_table,
+};

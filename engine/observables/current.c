@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * current - particles per unit time through a point, J = rho <v>: the displacement of all rods over
+ * the measured time, per length and time. Costs two sums a block, nothing per step.
+ */
+#include "part.h"
+#include "table.h"
+#include "kernels/sums.h"
+
+#include <math.h>
+
+struct current_memory {
+    int64_t tick; /* measured tick at which the block began */
+    int64_t turns;
+    double sum; /* of y */
+};
+
+static const struct bcd_param current_params[] = {{0}};
+
+static size_t current_count(const void *par, const struct plan *plan)
+{
+    (void)par, (void)plan;
+    return 1;
+}
+
+static size_t current_memory(const void *par, const struct plan *plan)
+{
+    (void)par, (void)plan;
+    return sizeof(struct current_memory);
+}
+
+static void current_begin(struct observer *o, const struct sim *sim)
+{
+    *(struct current_memory *)o->memory = (struct current_memory){
+        sim_measured(sim), sim->clock->turns, sum_plain(sim->y, o->plan->particles)};
+}
+
+static void current_end_block(struct observer *o, const struct sim *sim, double *values)
+{
+    const struct plan *plan = o->plan;
+    const struct current_memory before = *(struct current_memory *)o->memory;
+    current_begin(o, sim);
+    const struct current_memory *now = o->memory;
+    double time = (double)(now->tick - before.tick) * plan->time_step;
+    double turned = (double)(now->turns - before.turns) * (double)plan->particles * plan->length;
+    values[0] = time > 0 ? (now->sum - before.sum + turned) / (plan->length * time) : NAN;
+}
+
+static enum bcd_status current_table(const void *par, const struct plan *plan,
+                                     const struct moments *moments, struct bcd_table *table)
+{
+    (void)par, (void)plan;
+    table_describe(table, "current", 1);
+    table->scalar = true;
+    table_axes(table, "", "current J = \xcf\x81\xe2\x9f\xa8v\xe2\x9f\xa9");
+    return table_add_moments(table, "current", moments);
+}
+
+const struct observable_type observable_current = {
+    .part = {.name = "current", .doc = "particles per unit time through a point",
+             .params = current_params},
+    .count = current_count,
+    .memory = current_memory,
+    .begin = current_begin,
+    .end_block = current_end_block,
+    .table = current_table,
+};

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * density - number of rod centres per unit length over one period of the potential (over [0, L]
+ * without one), averaged over all periods and samples: doi 10.1103/PhysRevE.106.054606, Eq. 25.
+ * Its mean over the period is N / L.
+ */
+#include "part.h"
+#include "table.h"
+#include "kernels/histogram.h"
+
+#include <math.h>
+#include <string.h>
+
+struct density_par {
+    int64_t bins;
+};
+
+static const struct bcd_param density_params[] = {
+    {.name = "bins", .type = BCD_PARAM_INTEGER, .min = 1, .max = 1000000, .fallback = 50,
+     .doc = "bins over one period", .offset = offsetof(struct density_par, bins)},
+    {0},
+};
+
+/* The block in progress: samples taken, then counts[bins]. */
+struct density_memory {
+    int64_t samples;
+    int64_t counts[];
+};
+
+static size_t density_count(const void *par, const struct plan *plan)
+{
+    (void)plan;
+    return (size_t)((const struct density_par *)par)->bins;
+}
+
+static size_t density_memory(const void *par, const struct plan *plan)
+{
+    return sizeof(struct density_memory) + density_count(par, plan) * sizeof(int64_t);
+}
+
+static void density_begin(struct observer *o, const struct sim *sim)
+{
+    (void)sim;
+    memset(o->memory, 0, density_memory(o->par, o->plan));
+}
+
+static void density_sample(struct observer *o, const struct sim *sim)
+{
+    const struct plan *plan = o->plan;
+    struct density_memory *memory = o->memory;
+    struct fold fold = {1 / plan->period, (int64_t)o->count};
+    histogram_add(memory->counts, &fold, sim->y, plan->particles, plan->diameter);
+    memory->samples++;
+}
+
+static void density_end_block(struct observer *o, const struct sim *sim, double *values)
+{
+    const struct plan *plan = o->plan;
+    struct density_memory *memory = o->memory;
+    double width = plan->period / (double)o->count;
+    double unit = 1 / ((double)memory->samples * width * (double)plan->periods);
+    for (size_t i = 0; i < o->count; i++)
+        values[i] = memory->samples ? (double)memory->counts[i] * unit : NAN;
+    density_begin(o, sim);
+}
+
+static enum bcd_status density_table(const void *par, const struct plan *plan,
+                                     const struct moments *moments, struct bcd_table *table)
+{
+    table_describe(table, "density", density_count(par, plan));
+    table_axes(table, "x", "density \xcf\x81(x)");
+    double *x = table_add(table, "x", BCD_ROLE_X);
+    if (!x || table_add_moments(table, "density", moments))
+        return BCD_NO_MEMORY;
+    for (size_t i = 0; i < table->rows; i++)
+        x[i] = ((double)i + 0.5) * plan->period / (double)table->rows;
+    return BCD_OK;
+}
+
+const struct observable_type observable_density = {
+    .part = {.name = "density", .doc = "density profile over one period",
+             .params = density_params},
+    .par_size = sizeof(struct density_par),
+    .theory = true,
+    .sample_ns = 2,
+    .count = density_count,
+    .memory = density_memory,
+    .begin = density_begin,
+    .sample = density_sample,
+    .end_block = density_end_block,
+    .table = density_table,
+};

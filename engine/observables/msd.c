@@ -1,0 +1,286 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * msd - mean squared displacement of tagged rods, <(x(t + lag) - x(t))^2>, unwrapped, at lags spread
+ * evenly in the logarithm, averaged over all rods and many time origins t.
+ *
+ * Lag k has its origins at multiples of stride[k], a power of two a quarter to an eighth of the lag:
+ * denser ones are so correlated that they add nothing. Origins of one stride share a ring of stored
+ * configurations, so memory grows with the logarithm of the longest lag, not with the run.
+ *
+ * A single realization is cut into blocks for its error bar. A lag's samples are gathered over as
+ * many blocks as make at least four lags; where that leaves one sample there is no error bar.
+ */
+#include "part.h"
+#include "table.h"
+#include "kernels/sums.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+enum { POINTS_MAX = 500, STRIDES_MAX = 56 };
+
+struct msd_par {
+    double first, last;
+    int64_t points;
+};
+
+static const struct bcd_param msd_params[] = {
+    {.name = "first", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
+     .max = 1e18, .fallback = NAN, .doc = "shortest lag; auto = the time step",
+     .offset = offsetof(struct msd_par, first)},
+    {.name = "last", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
+     .max = 1e18, .fallback = NAN, .doc = "longest lag; auto = a tenth of the measured time",
+     .offset = offsetof(struct msd_par, last)},
+    {.name = "points", .type = BCD_PARAM_INTEGER, .min = 1, .max = POINTS_MAX, .fallback = 40,
+     .doc = "lags from first to last, evenly spaced in the logarithm",
+     .offset = offsetof(struct msd_par, points)},
+    {0},
+};
+
+/* The lags in ticks, rising, with the stride of their origins and the blocks that one sample
+ * gathers; configurations kept per stride. A pure function of parameters and plan. */
+struct msd_lags {
+    int64_t count, strides;
+    int64_t lag[POINTS_MAX], gather[POINTS_MAX];
+    int level[POINTS_MAX];                       /* index of the stride */
+    int64_t stride[STRIDES_MAX], slots[STRIDES_MAX]; /* slots: configurations in the ring */
+    int64_t first_slot[STRIDES_MAX], total_slots;
+};
+
+/* Kept in checkpoints: the lags, sums of the samples in progress, then per slot {turns, y[N]}. */
+struct msd_memory {
+    struct msd_lags lags;
+    double sum[POINTS_MAX];
+    int64_t origins[POINTS_MAX];
+    int64_t block;
+    double frames[];
+};
+
+static size_t frame_doubles(const struct plan *plan)
+{
+    return (size_t)plan->particles + 1;
+}
+
+/* ------------------------------------------------------------------- lags */
+
+static int64_t ticks_of(double time, const struct plan *plan)
+{
+    double ticks = fmin(rint(time / plan->time_step), (double)plan->steps);
+    return ticks < 1 ? 1 : (int64_t)ticks;
+}
+
+static void spread_lags(const struct msd_par *par, const struct plan *plan, struct msd_lags *lags)
+{
+    int64_t first = isnan(par->first) ? 1 : ticks_of(par->first, plan);
+    int64_t last = isnan(par->last) ? (plan->steps + 9) / 10 : ticks_of(par->last, plan);
+    first = first < last ? first : last;
+    double ratio = (double)last / (double)first;
+    lags->count = 0;
+    for (int64_t k = 0; k < par->points; k++) {
+        double share = par->points > 1 ? (double)k / (double)(par->points - 1) : 0;
+        int64_t lag = (int64_t)rint((double)first * pow(ratio, share));
+        lag = k + 1 == par->points && par->points > 1 ? last : lag;
+        if (lags->count == 0 || lag > lags->lag[lags->count - 1])
+            lags->lag[lags->count++] = lag;
+    }
+}
+
+static int64_t stride_of(int64_t lag, int64_t shortest)
+{
+    int64_t stride = shortest;
+    while (stride * 8 <= lag)
+        stride *= 2;
+    return stride;
+}
+
+/* The shortest stride for which looking costs about a fifth of a step: origins of all lags per step
+ * times the cost of one squared displacement (about 1 ns a rod). */
+static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *plan)
+{
+    const double allowed = 0.2 * plan->method->step_ns;
+    int64_t stride = 1;
+    for (; stride < 64; stride *= 2) {
+        double per_step = 0;
+        for (int64_t k = 0; k < lags->count; k++)
+            per_step += 1.0 / (double)stride_of(lags->lag[k], stride);
+        if (per_step <= allowed)
+            break;
+    }
+    return stride;
+}
+
+static void find_lags(const struct msd_par *par, const struct plan *plan, struct msd_lags *lags)
+{
+    memset(lags, 0, sizeof *lags);
+    spread_lags(par, plan, lags);
+    int64_t shortest = shortest_stride(lags, plan), block = plan_block_end(plan, 0);
+    for (int64_t k = 0; k < lags->count; k++) {
+        int64_t lag = lags->lag[k], stride = stride_of(lag, shortest);
+        if (lags->strides == 0 || lags->stride[lags->strides - 1] != stride) {
+            assert(lags->strides < STRIDES_MAX);
+            lags->stride[lags->strides++] = stride;
+        }
+        lags->level[k] = (int)(lags->strides - 1);
+        lags->slots[lags->strides - 1] = lag / stride + 1; /* lags rise: the last one decides */
+        lags->gather[k] = 1;
+        while (lags->gather[k] < plan->blocks && lags->gather[k] * block < 4 * lag)
+            lags->gather[k] *= 2; /* blocks are a power of two */
+    }
+    for (int64_t l = 0; l < lags->strides; l++) {
+        lags->first_slot[l] = lags->total_slots;
+        lags->total_slots += lags->slots[l];
+    }
+}
+
+/* ------------------------------------------------------------- in motion */
+
+static void msd_check(const struct bcd_group *group, const struct plan *plan,
+                      struct bcd_errors *errors)
+{
+    const struct msd_par *par = group->values;
+    double h = plan->time_step, time = (double)plan->steps * h;
+    if (par->first < h * (1 - 1e-9))
+        group_fault(group, "first", errors, "must not be below the time step %.12g", h);
+    if (par->last > time * (1 + 1e-9))
+        group_fault(group, "last", errors, "must not exceed the measured time %.12g", time);
+    if (par->first > par->last)
+        group_fault(group, "last", errors, "must not be below first = %.12g", par->first);
+}
+
+/* Two steps within the shortest lag at least. */
+static double msd_time_step_max(const void *par, const struct plan *plan)
+{
+    (void)plan;
+    double first = ((const struct msd_par *)par)->first;
+    return isnan(first) ? INFINITY : first / 2;
+}
+
+static size_t msd_count(const void *par, const struct plan *plan)
+{
+    struct msd_lags lags;
+    find_lags(par, plan, &lags);
+    return (size_t)lags.count;
+}
+
+static size_t msd_memory(const void *par, const struct plan *plan)
+{
+    struct msd_lags lags;
+    find_lags(par, plan, &lags);
+    return sizeof(struct msd_memory) +
+           (size_t)lags.total_slots * frame_doubles(plan) * sizeof(double);
+}
+
+static double *frame_at(const struct observer *o, int64_t level, int64_t origin)
+{
+    struct msd_memory *memory = o->memory;
+    const struct msd_lags *lags = &memory->lags;
+    int64_t slot = lags->first_slot[level] + origin / lags->stride[level] % lags->slots[level];
+    return memory->frames + (size_t)slot * frame_doubles(o->plan);
+}
+
+static void keep_origins(struct observer *o, const struct sim *sim, int64_t tick)
+{
+    const struct msd_lags *lags = &((struct msd_memory *)o->memory)->lags;
+    for (int64_t l = 0; l < lags->strides; l++) {
+        if (tick % lags->stride[l] != 0)
+            break; /* strides are powers of two, rising */
+        double *frame = frame_at(o, l, tick);
+        frame[0] = (double)sim->clock->turns;
+        memcpy(frame + 1, sim->y, (size_t)o->plan->particles * sizeof *frame);
+    }
+}
+
+static void msd_begin(struct observer *o, const struct sim *sim)
+{
+    struct msd_memory *memory = o->memory;
+    memset(memory, 0, sizeof *memory);
+    find_lags(o->par, o->plan, &memory->lags);
+    keep_origins(o, sim, 0);
+}
+
+static int64_t msd_next(const struct observer *o, int64_t after)
+{
+    const struct msd_lags *lags = &((const struct msd_memory *)o->memory)->lags;
+    int64_t next = (after / lags->stride[0] + 1) * lags->stride[0]; /* the next origin */
+    for (int64_t k = 0; k < lags->count; k++) {
+        int64_t stride = lags->stride[lags->level[k]], lag = lags->lag[k];
+        int64_t due = after < lag ? lag : lag + ((after - lag) / stride + 1) * stride;
+        next = due < next ? due : next;
+    }
+    return next;
+}
+
+static void msd_sample(struct observer *o, const struct sim *sim)
+{
+    struct msd_memory *memory = o->memory;
+    const struct msd_lags *lags = &memory->lags;
+    const struct plan *plan = o->plan;
+    int64_t tick = sim_measured(sim);
+    for (int64_t k = 0; k < lags->count && lags->lag[k] <= tick; k++) {
+        int64_t origin = tick - lags->lag[k];
+        if (origin % lags->stride[lags->level[k]] != 0)
+            continue;
+        const double *frame = frame_at(o, lags->level[k], origin);
+        double turned = ((double)sim->clock->turns - frame[0]) * plan->length;
+        memory->sum[k] +=
+            sum_squared_displacement(sim->y, frame + 1, plan->particles, turned);
+        memory->origins[k]++;
+    }
+    keep_origins(o, sim, tick);
+}
+
+static void msd_end_block(struct observer *o, const struct sim *sim, double *values)
+{
+    (void)sim;
+    struct msd_memory *memory = o->memory;
+    memory->block++;
+    for (size_t k = 0; k < o->count; k++) {
+        values[k] = NAN;
+        if (memory->block % memory->lags.gather[k] != 0 || memory->origins[k] == 0)
+            continue;
+        values[k] = memory->sum[k] / ((double)memory->origins[k] * (double)o->plan->particles);
+        memory->sum[k] = 0;
+        memory->origins[k] = 0;
+    }
+}
+
+/* ----------------------------------------------------------------- result */
+
+static enum bcd_status msd_table(const void *par, const struct plan *plan,
+                                 const struct moments *moments, struct bcd_table *table)
+{
+    struct msd_lags lags;
+    find_lags(par, plan, &lags);
+    table_describe(table, "msd", (size_t)lags.count);
+    table_axes(table, "lag time t", "MSD \xe2\x9f\xa8[x(t) - x(0)]\xc2\xb2\xe2\x9f\xa9");
+    table->log_x = table->log_y = true;
+    double *lag = table_add(table, "lag", BCD_ROLE_X);
+    if (!lag || table_add_moments(table, "msd", moments))
+        return BCD_NO_MEMORY;
+    double *samples = table_add(table, "samples", BCD_ROLE_OTHER);
+    if (!samples)
+        return BCD_NO_MEMORY;
+    for (int64_t k = 0; k < lags.count; k++) {
+        int64_t origins = (plan->steps - lags.lag[k]) / lags.stride[lags.level[k]] + 1;
+        lag[k] = (double)lags.lag[k] * plan->time_step;
+        samples[k] = (double)origins * (double)plan->particles * (double)plan->realizations;
+    }
+    return BCD_OK;
+}
+
+const struct observable_type observable_msd = {
+    .part = {.name = "msd", .doc = "mean squared displacement of tagged rods",
+             .params = msd_params},
+    .par_size = sizeof(struct msd_par),
+    .theory = true,
+    .check = msd_check,
+    .time_step_max = msd_time_step_max,
+    .count = msd_count,
+    .memory = msd_memory,
+    .begin = msd_begin,
+    .next = msd_next,
+    .sample = msd_sample,
+    .end_block = msd_end_block,
+    .table = msd_table,
+};

@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * param.c - see param.h and bcd.h. */
+#include "param.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static int64_t *integer_at(const struct bcd_group *group, const struct bcd_param *row)
+{
+    return (int64_t *)(void *)((char *)group->values + row->offset);
+}
+
+static double *number_at(const struct bcd_group *group, const struct bcd_param *row)
+{
+    return (double *)(void *)((char *)group->values + row->offset);
+}
+
+static bool holds_integer(const struct bcd_param *row)
+{
+    return row->type == BCD_PARAM_INTEGER || row->type == BCD_PARAM_CHOICE;
+}
+
+void group_init(struct bcd_group *group, const struct bcd_param *rows, void *values,
+                const char *pointer, const char *type)
+{
+    *group = (struct bcd_group){.rows = rows, .values = values, .type = type};
+    snprintf(group->pointer, sizeof group->pointer, "%s", pointer);
+    for (const struct bcd_param *row = rows; row->name; row++) {
+        assert(row - rows < 64); /* one bit each in `given` */
+        if (holds_integer(row))
+            *integer_at(group, row) = (int64_t)row->fallback;
+        else
+            *number_at(group, row) = row->fallback;
+    }
+}
+
+static void mark_given(struct bcd_group *group, const struct bcd_param *row)
+{
+    group->given |= (uint64_t)1 << (row - group->rows);
+}
+
+void group_check_required(const struct bcd_group *group, struct bcd_errors *errors)
+{
+    for (const struct bcd_param *row = group->rows; row->name; row++)
+        if (row->required && !(group->given >> (row - group->rows) & 1))
+            group_fault(group, row->name, errors, "is required: %s", row->doc);
+}
+
+void group_fault(const struct bcd_group *group, const char *row, struct bcd_errors *errors,
+                 const char *format, ...)
+{
+    char field[sizeof((struct bcd_error *)0)->field], text[sizeof((struct bcd_error *)0)->text];
+    snprintf(field, sizeof field, "%s/%s", group->pointer, row);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    bcd_errors_add(errors, field, "%s", text);
+}
+
+const struct bcd_param *bcd_group_find(const struct bcd_group *group, const char *name)
+{
+    for (const struct bcd_param *row = group->rows; row->name; row++)
+        if (strcmp(row->name, name) == 0)
+            return row;
+    return NULL;
+}
+
+/* "must be above 0 and at most 1e+09, not -3" */
+static void fault_range(const struct bcd_group *group, const struct bcd_param *row,
+                        struct bcd_errors *errors, double value)
+{
+    const char *kind = row->type == BCD_PARAM_INTEGER ? "an integer" : "a number";
+    const char *relation = row->above_min ? "above" : "at least";
+    if (isinf(row->max) && isinf(row->min))
+        group_fault(group, row->name, errors, "must be a finite number");
+    else
+        group_fault(group, row->name, errors, "must be %s %s %.12g and at most %.12g, not %.17g",
+                    kind, relation, row->min, row->max, value);
+}
+
+static bool in_range(const struct bcd_param *row, double value)
+{
+    return isfinite(value) && (row->above_min ? value > row->min : value >= row->min) &&
+           value <= row->max;
+}
+
+bool bcd_group_set_integer(struct bcd_group *group, const struct bcd_param *row, int64_t value,
+                           struct bcd_errors *errors)
+{
+    if (row->type != BCD_PARAM_INTEGER)
+        return bcd_group_set_number(group, row, (double)value, errors);
+    mark_given(group, row);
+    if (!in_range(row, (double)value)) {
+        fault_range(group, row, errors, (double)value);
+        return false;
+    }
+    *integer_at(group, row) = value;
+    return true;
+}
+
+bool bcd_group_set_number(struct bcd_group *group, const struct bcd_param *row, double value,
+                          struct bcd_errors *errors)
+{
+    mark_given(group, row);
+    if (row->type == BCD_PARAM_CHOICE) {
+        group_fault(group, row->name, errors, "must be a word, not a number");
+        return false;
+    }
+    if (row->type == BCD_PARAM_INTEGER) {
+        group_fault(group, row->name, errors, "must be an integer, not %.17g", value);
+        return false;
+    }
+    if (!in_range(row, value)) {
+        fault_range(group, row, errors, value);
+        return false;
+    }
+    *number_at(group, row) = value == 0 ? 0 : value; /* -0 and 0 are the same job */
+    return true;
+}
+
+/* Lists the words of a choice: "auto", "bcd", "strang". */
+static void join_choices(const struct bcd_param *row, char *text, size_t size)
+{
+    size_t used = 0;
+    for (size_t i = 0; row->choice(i) && used < size; i++)
+        used += (size_t)snprintf(text + used, size - used, "%s\"%s\"", i ? ", " : "",
+                                 row->choice(i));
+}
+
+bool bcd_group_set_text(struct bcd_group *group, const struct bcd_param *row, const char *value,
+                        struct bcd_errors *errors)
+{
+    mark_given(group, row);
+    if (row->type == BCD_PARAM_AUTO && strcmp(value, "auto") == 0) {
+        *number_at(group, row) = NAN;
+        return true;
+    }
+    if (row->type != BCD_PARAM_CHOICE) {
+        group_fault(group, row->name, errors, "must be %s, not the text \"%.40s\"",
+                    row->type == BCD_PARAM_INTEGER ? "an integer"
+                    : row->type == BCD_PARAM_AUTO  ? "a number or \"auto\""
+                                                   : "a number",
+                    value);
+        return false;
+    }
+    for (size_t i = 0; row->choice(i); i++) {
+        if (strcmp(row->choice(i), value) == 0) {
+            *integer_at(group, row) = (int64_t)i;
+            return true;
+        }
+    }
+    char words[200];
+    join_choices(row, words, sizeof words);
+    group_fault(group, row->name, errors, "must be one of %s, not \"%.40s\"", words, value);
+    return false;
+}
+
+int64_t bcd_group_integer(const struct bcd_group *group, const struct bcd_param *row)
+{
+    return *integer_at(group, row);
+}
+
+double bcd_group_number(const struct bcd_group *group, const struct bcd_param *row)
+{
+    return holds_integer(row) ? (double)*integer_at(group, row) : *number_at(group, row);
+}
+
+const char *bcd_group_text(const struct bcd_group *group, const struct bcd_param *row)
+{
+    if (row->type == BCD_PARAM_CHOICE)
+        return row->choice((size_t)*integer_at(group, row));
+    return row->type == BCD_PARAM_AUTO && isnan(*number_at(group, row)) ? "auto" : NULL;
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * parts.c - see parts.h. A new part: copy the nearest file, fill its table, add one line here. */
+#include "parts.h"
+
+extern const struct method_type method_bcd;
+
+extern const struct potential_type potential_cosine;
+
+extern const struct observable_type observable_density;
+extern const struct observable_type observable_contact_density;
+extern const struct observable_type observable_msd;
+extern const struct observable_type observable_energy;
+extern const struct observable_type observable_current;
+extern const struct observable_type observable_cluster_sizes;
+
+const struct method_type *const method_types[] = {&method_bcd, NULL};
+
+const struct potential_type *const potential_types[] = {&potential_cosine, NULL};
+
+const struct observable_type *const observable_types[] = {
+    &observable_msd,     &observable_density,       &observable_contact_density,
+    &observable_energy,  &observable_current,       &observable_cluster_sizes,
+    NULL,
+};

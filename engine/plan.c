@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * plan.c - from what the job says to what the runs do: periods, method, time step, sampling, chunks.
+ * See plan.h and scene.h.
+ */
+#include "scene.h"
+#include "status.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static const double steps_max = 1e15;       /* counts stay exact in doubles and far from overflow */
+static const double stability_max = 1;      /* mu h max|U''|: beyond, profiles melt without a sign */
+static const double chunk_rod_steps = 2e6;  /* short realizations share a chunk of about this work */
+static const double sampling_share = 0.2;   /* of the run time goes into static observables */
+enum { PER_CHUNK_MAX = 64, BLOCKS = 32, SAMPLES_PER_BLOCK = 4 };
+
+/* ------------------------------------------------------- geometry and field */
+
+static void plan_geometry(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    const struct job_par *job = &scene->job;
+    struct plan *plan = &scene->plan;
+    plan->particles = job->particles;
+    plan->length = job->length;
+    plan->diameter = job->diameter;
+    plan->mobility = job->mobility;
+    plan->temperature = job->temperature;
+    plan->diffusion = job->mobility * job->temperature;
+    plan->force = job->force;
+    plan->initial = job->initial;
+    plan->seed = (uint64_t)job->seed;
+    plan->realizations = job->realizations;
+
+    /* N sigma = L up to rounding is the closed packing: one rigid body. */
+    double occupied = (double)job->particles * job->diameter;
+    double rounding = 1e-14 * job->length;
+    plan->free_length = fmax(job->length - occupied, 0);
+    if (plan->free_length < rounding)
+        plan->free_length = 0;
+    if (occupied > job->length + rounding)
+        bcd_errors_add(errors, "/diameter",
+                       "particles * diameter = %.12g must not exceed length = %.12g", occupied,
+                       job->length);
+}
+
+static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct plan *plan = &scene->plan;
+    plan->period = plan->length;
+    plan->periods = 1;
+    for (size_t i = 0; i < scene->part_count; i++) {
+        const struct scene_part *part = &scene->parts[i];
+        if (part->slot != BCD_SLOT_POTENTIAL)
+            continue;
+        plan->potential = potential_types[part->index];
+        plan->potential_par = part->group.values;
+        if (plan->potential->check)
+            plan->potential->check(&part->group, errors);
+    }
+    if (!plan->potential)
+        return;
+    double period = plan->potential->period(plan->potential_par);
+    double periods = rint(plan->length / period);
+    if (periods < 1 || periods > 1e12 || fabs(plan->length / period - periods) > 1e-9 * periods) {
+        double below = floor(plan->length / period) * period;
+        bcd_errors_add(errors, "/length",
+                       "must be a whole number of periods of the potential (%.12g): for "
+                       "example %.12g or %.12g, not %.12g",
+                       period, below > 0 ? below : period, below + period, plan->length);
+        return;
+    }
+    plan->periods = (int64_t)periods;
+    plan->period = plan->length / periods;
+    plan->field = !plan->potential->flat(plan->potential_par);
+}
+
+/* --------------------------------------------------------------- time step */
+
+/* The largest step that method, drag and observables allow, and why. */
+static double step_allowed(const struct bcd_scene *scene, const char **why)
+{
+    const struct plan *plan = &scene->plan;
+    double step = plan->method->time_step(plan, why);
+    if (plan->force != 0) {
+        double by_drag = 0.1 * plan->period / (plan->mobility * fabs(plan->force));
+        if (plan->field && by_drag < step) {
+            step = by_drag;
+            *why = "drag force: a tenth of a period a step";
+        }
+    }
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
+        const struct observable_type *type = scene_observable_type(part);
+        double most = type->time_step_max ? type->time_step_max(part->group.values, plan)
+                                          : INFINITY;
+        if (most < step) {
+            step = most;
+            *why = type->part.name;
+        }
+    }
+    return step;
+}
+
+/* A step no longer than allowed that divides the time which has to come out even. */
+static double step_that_divides(const struct bcd_scene *scene, double allowed)
+{
+    const struct job_par *job = &scene->job;
+    double whole = isnan(job->sample_every) ? job->time : job->sample_every;
+    if (isinf(allowed) || allowed > whole) /* nothing limits it: still show the run's course */
+        allowed = isnan(job->sample_every) ? whole / 1024 : whole;
+    return whole / ceil(whole / allowed * (1 - 1e-12));
+}
+
+static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    const struct job_par *job = &scene->job;
+    struct plan *plan = &scene->plan;
+    plan->method = method_types[job->method > 0 ? job->method - 1 : 0];
+    if (isnan(job->time_step)) {
+        plan->time_step = step_that_divides(scene, step_allowed(scene, &scene->time_step_why));
+    } else {
+        plan->time_step = job->time_step;
+        scene->time_step_why = "given";
+    }
+    double h = plan->time_step;
+    double steps = ceil(job->time / h * (1 - 1e-12));
+    double before = ceil(job->equilibration_time / h * (1 - 1e-12));
+    if (!(h > 0) || !(steps + before <= steps_max)) {
+        bcd_errors_add(errors, "/time",
+                       "%.3g steps of %.3g are too many: time / time_step must not exceed %.0e",
+                       steps + before, h, steps_max);
+        return;
+    }
+    plan->steps = steps < 1 ? 1 : (int64_t)steps;
+    plan->equilibration_steps = (int64_t)before;
+    if (job->time < h * (1 - 1e-9))
+        bcd_errors_add(errors, "/time_step", "%.12g must not exceed time = %.12g", h, job->time);
+    if (plan->field) {
+        double k = plan->mobility * plan->potential->curvature_max(plan->potential_par);
+        if (h * k > stability_max)
+            bcd_errors_add(errors, "/time_step",
+                           "%.6g melts the profile: mobility * time_step * max|U''| = %.3g must not "
+                           "exceed %g; the largest step that works is %.6g",
+                           h, h * k, stability_max, stability_max / k);
+    }
+}
+
+/* ---------------------------------------------------------------- sampling */
+
+/* Auto: static observables take at most a fifth of the run time, counted in the parts' own rough
+ * costs so that it depends on the job alone; and every block gets a few samples. */
+static int64_t sampling_auto(const struct bcd_scene *scene)
+{
+    const struct plan *plan = &scene->plan;
+    double cost = 0;
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
+        cost += scene_observable_type(part)->sample_ns;
+    double steps = ceil(cost / (sampling_share * plan->method->step_ns));
+    double most = floor((double)plan->steps / (double)(plan->blocks * SAMPLES_PER_BLOCK));
+    return (int64_t)fmax(1, fmin(steps, most));
+}
+
+static void plan_sampling(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    const struct job_par *job = &scene->job;
+    struct plan *plan = &scene->plan;
+    plan->blocks = plan->realizations > 1 || plan->steps < BLOCKS ? 1 : BLOCKS;
+    if (isnan(job->sample_every)) {
+        plan->sample_steps = sampling_auto(scene);
+        return;
+    }
+    double steps = rint(job->sample_every / plan->time_step);
+    double off = fabs(job->sample_every / plan->time_step - steps);
+    if (steps < 1 || off > 1e-6 * steps)
+        bcd_errors_add(errors, "/sample_every",
+                       "%.12g must be a whole multiple of the time step %.12g", job->sample_every,
+                       plan->time_step);
+    else if (steps > (double)plan->steps)
+        bcd_errors_add(errors, "/sample_every", "%.12g must not exceed time = %.12g",
+                       job->sample_every, job->time);
+    plan->sample_steps = steps >= 1 && steps <= steps_max ? (int64_t)steps : 1;
+}
+
+static void plan_chunks(struct plan *plan)
+{
+    double work = (double)plan->particles * (double)(plan->steps + plan->equilibration_steps);
+    double fit = floor(chunk_rod_steps / work);
+    plan->per_chunk = fit < 1 ? 1 : fit > PER_CHUNK_MAX ? PER_CHUNK_MAX : (int64_t)fit;
+    plan->chunks = (plan->realizations + plan->per_chunk - 1) / plan->per_chunk;
+}
+
+void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    plan_geometry(scene, errors);
+    plan_field(scene, errors);
+    if (errors->count > 0)
+        return;
+    plan_time_step(scene, errors);
+    if (errors->count > 0)
+        return;
+    plan_sampling(scene, errors);
+    plan_chunks(&scene->plan);
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
+        if (scene_observable_type(part)->check)
+            scene_observable_type(part)->check(&part->group, &scene->plan, errors);
+}
+
+/* ------------------------------------------------------------------- facts */
+
+static struct bcd_fact *next_fact(struct bcd_scene *scene, const char *name, const char *unit)
+{
+    struct bcd_fact *fact = &scene->facts[scene->fact_count++];
+    *fact = (struct bcd_fact){.name = name, .unit = unit};
+    return fact;
+}
+
+static void fact_number(struct bcd_scene *scene, const char *name, const char *unit, double value)
+{
+    struct bcd_fact *fact = next_fact(scene, name, unit);
+    fact->kind = BCD_FACT_NUMBER;
+    fact->number = value;
+}
+
+static void fact_integer(struct bcd_scene *scene, const char *name, int64_t value)
+{
+    struct bcd_fact *fact = next_fact(scene, name, "");
+    fact->kind = BCD_FACT_INTEGER;
+    fact->integer = value;
+}
+
+static void fact_text(struct bcd_scene *scene, const char *name, const char *text)
+{
+    struct bcd_fact *fact = next_fact(scene, name, "");
+    fact->kind = BCD_FACT_TEXT;
+    snprintf(fact->text, sizeof fact->text, "%s", text);
+}
+
+void plan_list_facts(struct bcd_scene *scene)
+{
+    const struct plan *plan = &scene->plan;
+    double h = plan->time_step;
+    fact_number(scene, "diffusion", "length^2/time", plan->diffusion);
+    fact_number(scene, "density", "1/length", (double)plan->particles / plan->length);
+    fact_number(scene, "free_length", "length", plan->free_length);
+    fact_text(scene, "method", plan->method->part.name);
+    fact_number(scene, "time_step", "time", h);
+    fact_text(scene, "time_step_limited_by", scene->time_step_why);
+    if (plan->field)
+        fact_number(scene, "curvature_time_step", "",
+                    h * plan->mobility * plan->potential->curvature_max(plan->potential_par));
+    if (plan->diffusion > 0 && plan->particles > 1 && plan->free_length > 0)
+        fact_number(scene, "noise_per_gap", "",
+                    sqrt(2 * plan->diffusion * h) * (double)plan->particles / plan->free_length);
+    fact_integer(scene, "steps", plan->steps);
+    fact_integer(scene, "equilibration_steps", plan->equilibration_steps);
+    fact_number(scene, "time", "time", (double)plan->steps * h);
+    fact_number(scene, "sample_every", "time", (double)plan->sample_steps * h);
+    fact_integer(scene, "chunks", plan->chunks);
+    fact_integer(scene, "result_version", BCD_RESULT_VERSION);
+}

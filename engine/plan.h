@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * plan.h - a scene in numbers, as runs use it: everything chosen and converted once, read-only
+ * afterwards. Lengths, times and energies in the user's units; ticks are time steps.
+ */
+#ifndef PLAN_H
+#define PLAN_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct potential_type;
+struct method_type;
+
+enum { INITIAL_UNIFORM, INITIAL_LATTICE };
+
+struct plan {
+    int64_t particles;
+    double length, diameter, free_length; /* L, sigma, ell = L - N sigma */
+    double mobility, temperature, diffusion, force;
+    int64_t initial;
+    uint64_t seed;
+
+    const struct potential_type *potential; /* NULL = none */
+    const void *potential_par;
+    bool field;    /* the potential acts: it is there and not flat */
+    double period; /* of profiles along x: the potential's, or L */
+    int64_t periods; /* L / period */
+
+    const struct method_type *method;
+    double time_step;
+    int64_t equilibration_steps, steps, sample_steps;
+
+    int64_t realizations, per_chunk, chunks;
+    int64_t blocks; /* a run's samples: 1, or more when there is but one realization */
+};
+
+/* First tick after block b (0 <= b < blocks), counted from the start of the measurement. */
+static inline int64_t plan_block_end(const struct plan *plan, int64_t b)
+{
+    int64_t whole = plan->steps / plan->blocks, rest = plan->steps % plan->blocks;
+    return whole * (b + 1) + rest * (b + 1) / plan->blocks;
+}
+
+#endif

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * cosine - U(x, t) = (U0 / 2) cos(2 pi (x - v t) / lambda + phase): a standing (v = 0) or
+ * travelling wave with barriers of height U0.
+ */
+#include "part.h"
+#include "kernels/wave.h"
+
+#include <math.h>
+
+struct cosine_par {
+    double amplitude, wavelength, phase, velocity;
+};
+
+static const struct bcd_param cosine_params[] = {
+    {.name = "amplitude", .type = BCD_PARAM_NUMBER, .required = true, .unit = "energy",
+     .min = -1e6, .max = 1e6, .doc = "U0, height of the barriers",
+     .offset = offsetof(struct cosine_par, amplitude)},
+    {.name = "wavelength", .type = BCD_PARAM_NUMBER, .above_min = true, .unit = "length",
+     .min = 0, .max = 1e12, .fallback = 1, .doc = "lambda, period of the potential",
+     .offset = offsetof(struct cosine_par, wavelength)},
+    {.name = "phase", .type = BCD_PARAM_NUMBER, .unit = "radian", .min = -1e6, .max = 1e6,
+     .doc = "phase at x = 0", .offset = offsetof(struct cosine_par, phase)},
+    {.name = "velocity", .type = BCD_PARAM_NUMBER, .unit = "length/time", .min = -1e9, .max = 1e9,
+     .doc = "v, velocity of the travelling wave", .offset = offsetof(struct cosine_par, velocity)},
+    {0},
+};
+
+static double wave_number(const struct cosine_par *par)
+{
+    return 2 * M_PI / par->wavelength;
+}
+
+static double cosine_period(const void *par)
+{
+    return ((const struct cosine_par *)par)->wavelength;
+}
+
+static bool cosine_flat(const void *par)
+{
+    return ((const struct cosine_par *)par)->amplitude == 0;
+}
+
+static double cosine_curvature_max(const void *par)
+{
+    const struct cosine_par *p = par;
+    return fabs(p->amplitude) / 2 * wave_number(p) * wave_number(p);
+}
+
+static double cosine_force_max(const void *par)
+{
+    const struct cosine_par *p = par;
+    return fabs(p->amplitude) / 2 * wave_number(p);
+}
+
+static struct wave wave_at(const struct cosine_par *par, double time)
+{
+    double turns = par->phase / (2 * M_PI) - par->velocity * time / par->wavelength;
+    return (struct wave){1 / par->wavelength, turns - floor(turns)};
+}
+
+static void cosine_add_force(const void *par, const struct rods *rods, double scale, double *out)
+{
+    const struct cosine_par *p = par;
+    struct wave wave = wave_at(p, rods->time);
+    wave_add_sine(out, rods->y, rods->count, rods->diameter, &wave,
+                  scale * (p->amplitude / 2 * wave_number(p)));
+}
+
+static double cosine_energy_sum(const void *par, const struct rods *rods)
+{
+    const struct cosine_par *p = par;
+    struct wave wave = wave_at(p, rods->time);
+    return p->amplitude / 2 * wave_sum_cosine(rods->y, rods->count, rods->diameter, &wave);
+}
+
+const struct potential_type potential_cosine = {
+    .part = {.name = "cosine", .doc = "U(x) = U0/2 cos(2 pi (x - v t)/lambda + phase)",
+             .params = cosine_params},
+    .par_size = sizeof(struct cosine_par),
+    .period = cosine_period,
+    .flat = cosine_flat,
+    .curvature_max = cosine_curvature_max,
+    .force_max = cosine_force_max,
+    .add_force = cosine_add_force,
+    .energy_sum = cosine_energy_sum,
+};

@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * run.c - a chunk of realizations in motion: initial configuration, equilibration, measured blocks,
+ * one realization after another, cut anywhere. See bcd.h.
+ *
+ * INVARIANT  Between calls everything due at or before the current tick has happened; what is due
+ *            next is a function of the kept memory. So a checkpoint is a copy of the kept arena.
+ */
+#include "arena.h"
+#include "blob.h"
+#include "scene.h"
+#include "status.h"
+#include "tally.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { OBSERVERS_MAX = SCENE_PARTS_MAX, RECENTRE_STEPS = 1 << 16 };
+
+/* Kept in checkpoints. */
+struct progress {
+    int64_t realization; /* within the chunk */
+    int64_t block;       /* of the realization */
+};
+
+struct bcd_run {
+    const struct bcd_scene *scene;
+    const struct plan *plan;
+    int64_t first, count; /* realizations of this chunk */
+    struct sim sim;
+    struct progress *progress;
+    struct observer observers[OBSERVERS_MAX];
+    int64_t due[OBSERVERS_MAX]; /* measured ticks; from kept memory alone */
+    size_t observer_count;
+    struct bcd_tally tally;
+    double *values; /* of the block that ends, scratch */
+    struct arena kept, scratch;
+};
+
+/* ------------------------------------------------------------------ making */
+
+static void lay_out(struct bcd_run *run)
+{
+    const struct plan *plan = run->plan;
+    run->kept.used = run->scratch.used = 0;
+    run->progress = arena_take(&run->kept, sizeof *run->progress);
+    sim_layout(&run->sim, plan, &run->kept);
+    run->observer_count = 0;
+    size_t values = 0;
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(run->scene, i)) != NULL; i++) {
+        const struct observable_type *type = scene_observable_type(part);
+        const void *par = part->group.values;
+        struct observer *o = &run->observers[run->observer_count++];
+        *o = (struct observer){.type = type, .par = par, .plan = plan, .first = values};
+        o->count = type->count(par, plan);
+        o->memory = arena_take(&run->kept, type->memory(par, plan));
+        values += o->count;
+    }
+    tally_layout(&run->tally, run->scene, values, &run->kept);
+    run->values = arena_take(&run->scratch, values * sizeof *run->values);
+    plan->method->layout(&run->sim, &run->scratch);
+}
+
+static void begin_realization(struct bcd_run *run);
+
+enum bcd_status bcd_run_create(struct bcd_run **out, const struct bcd_scene *scene, int64_t chunk,
+                               struct bcd_error *error)
+{
+    const struct plan *plan = &scene->plan;
+    assert(scene->complete && chunk >= 0 && chunk < plan->chunks);
+    struct bcd_run *run = calloc(1, sizeof *run);
+    if (!run)
+        return error_set(error, BCD_NO_MEMORY, "", "no memory for a run");
+    run->scene = scene;
+    run->plan = plan;
+    run->first = chunk * plan->per_chunk;
+    int64_t left = plan->realizations - run->first;
+    run->count = left < plan->per_chunk ? left : plan->per_chunk;
+    lay_out(run); /* counts */
+    size_t kept = run->kept.used, scratch = run->scratch.used;
+    run->kept.bytes = aligned_alloc(ARENA_ALIGNMENT, kept);
+    run->scratch.bytes = aligned_alloc(ARENA_ALIGNMENT, scratch);
+    if (!run->kept.bytes || !run->scratch.bytes) {
+        bcd_run_free(run);
+        return error_set(error, BCD_NO_MEMORY, "", "a run of %zu bytes does not fit in memory",
+                         kept + scratch);
+    }
+    memset(run->kept.bytes, 0, kept);
+    lay_out(run);
+    begin_realization(run);
+    *out = run;
+    return BCD_OK;
+}
+
+void bcd_run_free(struct bcd_run *run)
+{
+    if (!run)
+        return;
+    free(run->kept.bytes);
+    free(run->scratch.bytes);
+    free(run);
+}
+
+/* --------------------------------------------------------------- advancing */
+
+static int64_t ticks_each(const struct bcd_run *run)
+{
+    return run->plan->equilibration_steps + run->plan->steps;
+}
+
+static bool finished(const struct bcd_run *run)
+{
+    return run->progress->realization == run->count;
+}
+
+/* The next measured tick > after at which the observer looks. */
+static int64_t next_look(const struct bcd_run *run, const struct observer *o, int64_t after)
+{
+    if (!o->type->sample)
+        return INT64_MAX;
+    if (o->type->next)
+        return o->type->next(o, after);
+    int64_t every = run->plan->sample_steps;
+    return (after / every + 1) * every;
+}
+
+static void schedule(struct bcd_run *run)
+{
+    int64_t now = sim_measured(&run->sim);
+    for (size_t i = 0; i < run->observer_count; i++)
+        run->due[i] = now < 0 ? INT64_MAX : next_look(run, &run->observers[i], now);
+}
+
+static void begin_measurement(struct bcd_run *run)
+{
+    run->progress->block = 0;
+    for (size_t i = 0; i < run->observer_count; i++)
+        run->observers[i].type->begin(&run->observers[i], &run->sim);
+    schedule(run);
+}
+
+static void begin_realization(struct bcd_run *run)
+{
+    sim_begin(&run->sim, run->first + run->progress->realization);
+    schedule(run);
+    if (run->plan->equilibration_steps == 0)
+        begin_measurement(run);
+}
+
+static void end_block(struct bcd_run *run)
+{
+    for (size_t i = 0; i < run->observer_count; i++) {
+        struct observer *o = &run->observers[i];
+        o->type->end_block(o, &run->sim, run->values + o->first);
+    }
+    tally_add(&run->tally, run->values);
+    run->progress->block++;
+}
+
+/* The tick (of the realization) of whatever comes next. */
+static int64_t next_stop(const struct bcd_run *run)
+{
+    const struct plan *plan = run->plan;
+    int64_t tick = run->sim.clock->tick;
+    int64_t stop = (tick / RECENTRE_STEPS + 1) * RECENTRE_STEPS;
+    if (tick < plan->equilibration_steps)
+        return stop < plan->equilibration_steps ? stop : plan->equilibration_steps;
+    int64_t measured = plan_block_end(plan, run->progress->block);
+    for (size_t i = 0; i < run->observer_count; i++)
+        measured = run->due[i] < measured ? run->due[i] : measured;
+    return stop < plan->equilibration_steps + measured ? stop
+                                                       : plan->equilibration_steps + measured;
+}
+
+/* Does what is due at the current tick: looks, ends of blocks and realizations. */
+static void attend(struct bcd_run *run)
+{
+    const struct plan *plan = run->plan;
+    int64_t measured = sim_measured(&run->sim);
+    if (measured < 0)
+        return;
+    if (measured == 0) {
+        begin_measurement(run);
+        return;
+    }
+    for (size_t i = 0; i < run->observer_count; i++) {
+        struct observer *o = &run->observers[i];
+        if (run->due[i] != measured)
+            continue;
+        o->type->sample(o, &run->sim);
+        run->due[i] = next_look(run, o, measured);
+    }
+    if (measured == plan_block_end(plan, run->progress->block))
+        end_block(run);
+    if (measured == plan->steps) {
+        run->progress->realization++;
+        if (!finished(run))
+            begin_realization(run);
+    }
+}
+
+void bcd_run_advance(struct bcd_run *run, int64_t ticks)
+{
+    while (ticks > 0 && !finished(run)) {
+        int64_t go = next_stop(run) - run->sim.clock->tick;
+        bool arrive = go <= ticks;
+        go = arrive ? go : ticks;
+        run->plan->method->advance(&run->sim, go);
+        ticks -= go;
+        if (!arrive)
+            continue;
+        attend(run);
+        /* Last, so that looks see contacts across the seam as the method left them. */
+        if (run->sim.clock->tick % RECENTRE_STEPS == 0)
+            sim_recentre(&run->sim);
+    }
+}
+
+int64_t bcd_run_ticks_done(const struct bcd_run *run)
+{
+    int64_t whole = run->progress->realization * ticks_each(run);
+    return finished(run) ? whole : whole + run->sim.clock->tick;
+}
+
+int64_t bcd_run_ticks_total(const struct bcd_run *run)
+{
+    return run->count * ticks_each(run);
+}
+
+const struct bcd_tally *bcd_run_tally(const struct bcd_run *run)
+{
+    assert(finished(run));
+    return &run->tally;
+}
+
+/* -------------------------------------------------------------- checkpoint */
+
+static uint64_t checkpoint_identity(const struct bcd_run *run)
+{
+    return blob_hash(&run->first, sizeof run->first, scene_identity(run->scene));
+}
+
+size_t bcd_run_checkpoint_size(const struct bcd_run *run)
+{
+    return BLOB_HEADER_SIZE + run->kept.used;
+}
+
+void bcd_run_save(const struct bcd_run *run, void *bytes)
+{
+    memcpy((char *)bytes + BLOB_HEADER_SIZE, run->kept.bytes, run->kept.used);
+    blob_seal(bytes, BLOB_CHECKPOINT, checkpoint_identity(run), bcd_run_checkpoint_size(run));
+}
+
+enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t size,
+                                struct bcd_error *error)
+{
+    enum bcd_status status =
+        blob_check(bytes, BLOB_CHECKPOINT, checkpoint_identity(run), size, error);
+    if (status)
+        return status;
+    if (size != bcd_run_checkpoint_size(run))
+        return error_set(error, BCD_CORRUPT, "", "a checkpoint of %zu bytes, %zu expected", size,
+                         bcd_run_checkpoint_size(run));
+    memcpy(run->kept.bytes, (const char *)bytes + BLOB_HEADER_SIZE, run->kept.used);
+    run->sim.noise.realization = (uint32_t)(run->first + run->progress->realization);
+    schedule(run);
+    return BCD_OK;
+}
+
+/* ---------------------------------------------------------------- estimate */
+
+int64_t bcd_scene_chunks(const struct bcd_scene *scene)
+{
+    return scene->plan.chunks;
+}
+
+void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate)
+{
+    const struct plan *plan = &scene->plan;
+    struct bcd_run run = {.scene = scene, .plan = plan};
+    lay_out(&run); /* counts only */
+    double steps = (double)ticks_each(&run) * (double)plan->realizations;
+    double rod_steps = steps * (double)plan->particles;
+    *estimate = (struct bcd_estimate){
+        .run_bytes = 2.0 * (double)run.kept.used + (double)run.scratch.used,
+        .result_bytes = 6.0 * sizeof(double) * (double)tally_count(scene),
+        .steps = steps,
+        .rod_steps = rod_steps,
+        /* Per step: the rods, and a fixed part for calls and loop starts. */
+        .core_seconds = 1e-9 * (rod_steps * plan->method->step_ns * 1.4 + steps * 300),
+    };
+}

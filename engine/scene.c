@@ -1,0 +1,312 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * scene.c - the job: its rows, its parts, its canonical encoding. See scene.h and bcd.h. */
+#include "scene.h"
+#include "blob.h"
+#include "status.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* -------------------------------------------------------------------- rows */
+
+static const char *model_word(size_t i)
+{
+    static const char *const words[] = {"hard_rods"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
+static const char *boundary_word(size_t i)
+{
+    static const char *const words[] = {"periodic"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
+static const char *method_word(size_t i) /* "auto", then the registered methods */
+{
+    return i == 0 ? "auto" : method_types[i - 1] ? method_types[i - 1]->part.name : NULL;
+}
+
+static const char *initial_word(size_t i)
+{
+    static const char *const words[] = {[INITIAL_UNIFORM] = "uniform",
+                                        [INITIAL_LATTICE] = "lattice"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
+#define AT(member) .offset = offsetof(struct job_par, member)
+static const struct bcd_param job_params[] = {
+    {.name = "model", .type = BCD_PARAM_CHOICE, .choice = model_word, .doc = "what is simulated",
+     AT(model)},
+    {.name = "particles", .type = BCD_PARAM_INTEGER, .required = true, .min = 1, .max = 1e7,
+     .doc = "number of rods N", AT(particles)},
+    {.name = "length", .type = BCD_PARAM_NUMBER, .required = true, .above_min = true,
+     .unit = "length", .min = 0, .max = 1e12, .doc = "system length L", AT(length)},
+    {.name = "diameter", .type = BCD_PARAM_NUMBER, .unit = "length", .min = 0, .max = 1e12,
+     .doc = "rod length sigma", AT(diameter)},
+    {.name = "mobility", .type = BCD_PARAM_NUMBER, .above_min = true,
+     .unit = "length^2/(energy time)", .min = 0, .max = 1e12, .fallback = 1, .doc = "mobility mu",
+     AT(mobility)},
+    {.name = "temperature", .type = BCD_PARAM_NUMBER, .unit = "energy", .min = 0, .max = 1e12,
+     .fallback = 1, .doc = "kT; 0 is the limit without noise", AT(temperature)},
+    {.name = "boundary", .type = BCD_PARAM_CHOICE, .choice = boundary_word,
+     .doc = "what holds the rods", AT(boundary)},
+    {.name = "force", .type = BCD_PARAM_NUMBER, .unit = "energy/length", .min = -1e9, .max = 1e9,
+     .doc = "constant drag force f on every rod", AT(force)},
+    {.name = "method", .type = BCD_PARAM_CHOICE, .choice = method_word,
+     .doc = "how rods are advanced", AT(method)},
+    {.name = "time_step", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
+     .max = 1e18, .fallback = NAN, .doc = "time step", AT(time_step)},
+    {.name = "equilibration_time", .type = BCD_PARAM_NUMBER, .unit = "time", .min = 0,
+     .max = 1e18, .doc = "discarded before measuring", AT(equilibration_time)},
+    {.name = "time", .type = BCD_PARAM_NUMBER, .required = true, .above_min = true,
+     .unit = "time", .min = 0, .max = 1e18, .doc = "measured time of each realization", AT(time)},
+    {.name = "realizations", .type = BCD_PARAM_INTEGER, .min = 1, .max = 1e6, .fallback = 1,
+     .doc = "independent runs, averaged", AT(realizations)},
+    {.name = "sample_every", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
+     .max = 1e18, .fallback = NAN, .doc = "time between samples of static observables",
+     AT(sample_every)},
+    {.name = "seed", .type = BCD_PARAM_INTEGER, .min = 0, .max = 9007199254740992.0,
+     .fallback = 1, .doc = "seed of the noise", AT(seed)},
+    {.name = "initial", .type = BCD_PARAM_CHOICE, .choice = initial_word,
+     .doc = "initial configuration", AT(initial)},
+    {0},
+};
+#undef AT
+
+const struct bcd_param *bcd_job_params(void)
+{
+    return job_params;
+}
+
+/* ------------------------------------------------------------------- slots */
+
+static const struct {
+    const char *key;
+    bool many;
+} slots[BCD_SLOT_COUNT] = {
+    [BCD_SLOT_POTENTIAL] = {"potential", false},
+    [BCD_SLOT_OBSERVABLE] = {"observables", true},
+};
+
+const char *bcd_slot_key(enum bcd_slot slot)
+{
+    return slots[slot].key;
+}
+
+bool bcd_slot_many(enum bcd_slot slot)
+{
+    return slots[slot].many;
+}
+
+const struct bcd_part *bcd_catalogue(enum bcd_slot slot, size_t index)
+{
+    if (slot == BCD_SLOT_POTENTIAL)
+        return potential_types[index] ? &potential_types[index]->part : NULL;
+    return observable_types[index] ? &observable_types[index]->part : NULL;
+}
+
+static size_t part_size(enum bcd_slot slot, size_t index)
+{
+    return slot == BCD_SLOT_POTENTIAL ? potential_types[index]->par_size
+                                      : observable_types[index]->par_size;
+}
+
+/* ------------------------------------------------------------------- parts */
+
+enum bcd_status bcd_scene_create(struct bcd_scene **out)
+{
+    struct bcd_scene *scene = calloc(1, sizeof *scene);
+    if (!scene)
+        return BCD_NO_MEMORY;
+    group_init(&scene->group, job_params, &scene->job, "", NULL);
+    *out = scene;
+    return BCD_OK;
+}
+
+void bcd_scene_free(struct bcd_scene *scene)
+{
+    if (!scene)
+        return;
+    for (size_t i = 0; i < scene->part_count; i++)
+        free(scene->parts[i].group.values);
+    free(scene);
+}
+
+struct bcd_group *bcd_scene_job(struct bcd_scene *scene)
+{
+    return &scene->group;
+}
+
+const struct bcd_group *bcd_scene_job_view(const struct bcd_scene *scene)
+{
+    return &scene->group;
+}
+
+/* Where a part belongs in the catalogue's order; the slot's other parts are found on the way. */
+static size_t place_for(const struct bcd_scene *scene, enum bcd_slot slot, int64_t index)
+{
+    size_t at = 0;
+    while (at < scene->part_count &&
+           (scene->parts[at].slot < slot ||
+            (scene->parts[at].slot == slot && scene->parts[at].index < index)))
+        at++;
+    return at;
+}
+
+static bool slot_taken(const struct bcd_scene *scene, enum bcd_slot slot, int64_t index)
+{
+    for (size_t i = 0; i < scene->part_count; i++)
+        if (scene->parts[i].slot == slot &&
+            (!bcd_slot_many(slot) || scene->parts[i].index == index))
+            return true;
+    return false;
+}
+
+static void fault_unknown_type(enum bcd_slot slot, const char *type, struct bcd_errors *errors)
+{
+    char words[200] = "", field[96];
+    size_t used = 0;
+    for (size_t i = 0; bcd_catalogue(slot, i) && used < sizeof words; i++)
+        used += (size_t)snprintf(words + used, sizeof words - used, "%s\"%s\"", i ? ", " : "",
+                                 bcd_catalogue(slot, i)->name);
+    if (bcd_slot_many(slot))
+        snprintf(field, sizeof field, "/%s/%.60s", bcd_slot_key(slot), type);
+    else
+        snprintf(field, sizeof field, "/%s/type", bcd_slot_key(slot));
+    bcd_errors_add(errors, field, "must be one of %s, not \"%.40s\"", words, type);
+}
+
+struct bcd_group *bcd_scene_add(struct bcd_scene *scene, enum bcd_slot slot, const char *type,
+                                struct bcd_errors *errors)
+{
+    assert(!scene->complete);
+    size_t index = 0;
+    while (bcd_catalogue(slot, index) && strcmp(bcd_catalogue(slot, index)->name, type) != 0)
+        index++;
+    const struct bcd_part *part = bcd_catalogue(slot, index);
+    if (!part) {
+        fault_unknown_type(slot, type, errors);
+        return NULL;
+    }
+    char pointer[64];
+    snprintf(pointer, sizeof pointer, bcd_slot_many(slot) ? "/%s/%s" : "/%s", bcd_slot_key(slot),
+             part->name);
+    if (slot_taken(scene, slot, (int64_t)index) || scene->part_count == SCENE_PARTS_MAX) {
+        bcd_errors_add(errors, pointer, "is given more than once");
+        return NULL;
+    }
+    void *values = calloc(1, part_size(slot, index) + 1);
+    if (!values) {
+        bcd_errors_add(errors, pointer, "no memory");
+        return NULL;
+    }
+    size_t at = place_for(scene, slot, (int64_t)index);
+    memmove(scene->parts + at + 1, scene->parts + at,
+            (scene->part_count++ - at) * sizeof *scene->parts);
+    scene->parts[at] = (struct scene_part){.slot = slot, .index = (int64_t)index};
+    group_init(&scene->parts[at].group, part->params, values, pointer, part->name);
+    return &scene->parts[at].group;
+}
+
+static const struct scene_part *part_at(const struct bcd_scene *scene, enum bcd_slot slot,
+                                        size_t index)
+{
+    for (size_t i = 0; i < scene->part_count; i++)
+        if (scene->parts[i].slot == slot && index-- == 0)
+            return &scene->parts[i];
+    return NULL;
+}
+
+const struct bcd_group *bcd_scene_part(const struct bcd_scene *scene, enum bcd_slot slot,
+                                       size_t index)
+{
+    const struct scene_part *part = part_at(scene, slot, index);
+    return part ? &part->group : NULL;
+}
+
+const struct scene_part *scene_observable(const struct bcd_scene *scene, size_t index)
+{
+    return part_at(scene, BCD_SLOT_OBSERVABLE, index);
+}
+
+/* -------------------------------------------------------------- completion */
+
+enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct bcd_errors own = {0};
+    errors = errors ? errors : &own;
+    group_check_required(&scene->group, errors);
+    for (size_t i = 0; i < scene->part_count; i++)
+        group_check_required(&scene->parts[i].group, errors);
+    if (!scene_observable(scene, 0))
+        bcd_errors_add(errors, "/observables", "is required: at least one observable");
+    if (errors->count == 0)
+        plan_make(scene, errors);
+    if (errors->count > 0)
+        return BCD_INVALID;
+    plan_list_facts(scene);
+    scene->complete = true;
+    return BCD_OK;
+}
+
+const struct bcd_fact *bcd_scene_fact(const struct bcd_scene *scene, size_t index)
+{
+    return index < scene->fact_count ? &scene->facts[index] : NULL;
+}
+
+/* ---------------------------------------------------------------- encoding */
+/* One line a value: "<pointer>/<name> <type> <value>", numbers in hexadecimal, in row order. */
+
+struct encoder {
+    char *at;
+    size_t size, used; /* used counts on when size is exhausted */
+};
+
+static void encode(struct encoder *e, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void encode(struct encoder *e, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    size_t left = e->used < e->size ? e->size - e->used : 0;
+    e->used += (size_t)vsnprintf(left ? e->at + e->used : NULL, left, format, arguments);
+    va_end(arguments);
+}
+
+static void encode_group(struct encoder *e, const struct bcd_group *group)
+{
+    for (const struct bcd_param *row = group->rows; row->name; row++) {
+        const char *text = bcd_group_text(group, row);
+        encode(e, "%s/%s ", group->pointer, row->name);
+        if (text)
+            encode(e, "text %s\n", text);
+        else if (row->type == BCD_PARAM_INTEGER)
+            encode(e, "integer %lld\n", (long long)bcd_group_integer(group, row));
+        else
+            encode(e, "number %a\n", bcd_group_number(group, row));
+    }
+}
+
+size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size)
+{
+    struct encoder e = {bytes, size, 0};
+    encode(&e, "bcd result version %d\n", BCD_RESULT_VERSION);
+    encode_group(&e, &scene->group);
+    for (size_t i = 0; i < scene->part_count; i++) {
+        encode(&e, "%s type %s\n", scene->parts[i].group.pointer, scene->parts[i].group.type);
+        encode_group(&e, &scene->parts[i].group);
+    }
+    return e.used;
+}
+
+uint64_t scene_identity(const struct bcd_scene *scene)
+{
+    char text[16384];
+    size_t length = bcd_scene_encode(scene, text, sizeof text);
+    assert(length < sizeof text);
+    return blob_hash(text, length, BLOB_HASH_START);
+}

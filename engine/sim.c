@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * sim.c - see sim.h. */
+#include "sim.h"
+#include "kernels/elementary.h"
+
+#include <math.h>
+
+void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept)
+{
+    sim->plan = plan;
+    sim->clock = arena_take(kept, sizeof *sim->clock);
+    sim->y = arena_take(kept, (size_t)plan->particles * sizeof *sim->y);
+}
+
+/* The k-th uniform number in (0, 1) of the initial configuration. */
+static double initial_uniform(const struct sim *sim, int64_t k)
+{
+    struct noise_key key = sim->noise;
+    key.stream = STREAM_INITIAL;
+    uint32_t words[4];
+    philox_words(words, k, 1, &key, 0);
+    uint64_t bits = (uint64_t)words[0] << 20 | words[1] >> 12; /* 52 bits */
+    return ((double)bits + 0.5) * 0x1p-52;
+}
+
+/* Exactly uniform over all rings without overlap: rod 0 anywhere in [0, L), the N gaps uniform on
+ * the simplex of sum ell (independent exponential numbers over their sum). */
+static void place_uniform(struct sim *sim)
+{
+    const struct plan *plan = sim->plan;
+    int64_t n = plan->particles;
+    double sum = 0;
+    for (int64_t i = 0; i < n; i++) {
+        sum -= log_normal(initial_uniform(sim, i + 1));
+        sim->y[i] = sum; /* gaps 0 .. i */
+    }
+    double first = plan->length * initial_uniform(sim, 0), unit = plan->free_length / sum;
+    for (int64_t i = n - 1; i > 0; i--)
+        sim->y[i] = first + fmin(unit * sim->y[i - 1], plan->free_length);
+    sim->y[0] = first;
+}
+
+/* x[i] = (i + 1/2) L / N. */
+static void place_lattice(struct sim *sim)
+{
+    const struct plan *plan = sim->plan;
+    double gap = plan->free_length / (double)plan->particles;
+    double first = 0.5 * plan->length / (double)plan->particles;
+    for (int64_t i = 0; i < plan->particles; i++)
+        sim->y[i] = first + gap * (double)i;
+}
+
+void sim_begin(struct sim *sim, int64_t realization)
+{
+    *sim->clock = (struct sim_clock){0, 0};
+    sim->noise = (struct noise_key){.seed = sim->plan->seed, .stream = STREAM_STEPS};
+    sim->noise.realization = (uint32_t)realization;
+    if (sim->plan->initial == INITIAL_LATTICE)
+        place_lattice(sim);
+    else
+        place_uniform(sim);
+}
+
+void sim_recentre(struct sim *sim)
+{
+    const double far = 64; /* lengths L: 6 of 53 bits are spent before we act */
+    double length = sim->plan->length, turns = trunc(sim->y[0] / length);
+    if (fabs(turns) < far)
+        return;
+    for (int64_t i = 0; i < sim->plan->particles; i++)
+        sim->y[i] -= turns * length;
+    sim->clock->turns += (int64_t)turns;
+}

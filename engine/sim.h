@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * sim.h - the rods in motion: what methods advance and observables look at.
+ *
+ * Reduced coordinates y[i] = x[i] - i * diameter, unwrapped, on a ring of length ell = L - N sigma:
+ * y[0] <= y[1] <= ... <= y[N-1] <= y[0] + ell. Contact is bitwise equality of neighbours.
+ */
+#ifndef SIM_H
+#define SIM_H
+
+#include "arena.h"
+#include "plan.h"
+#include "kernels/normals.h"
+
+struct sim_clock {
+    int64_t tick;  /* steps since the initial configuration */
+    int64_t turns; /* y was moved back by turns * L to keep its digits; x = y + i sigma + turns L */
+};
+
+struct sim {
+    const struct plan *plan;
+    double *y;               /* [N], kept in checkpoints */
+    struct sim_clock *clock; /* kept in checkpoints */
+    void *work;              /* the method's scratch */
+    struct noise_key noise;
+};
+
+/* Streams of the counter-based generator. */
+enum { STREAM_STEPS = 0, STREAM_INITIAL = 1 };
+
+static inline double sim_time(const struct sim *sim)
+{
+    return (double)sim->clock->tick * sim->plan->time_step;
+}
+
+/* Ticks since the measurement began; negative during equilibration. */
+static inline int64_t sim_measured(const struct sim *sim)
+{
+    return sim->clock->tick - sim->plan->equilibration_steps;
+}
+
+void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept);
+
+/* Places the rods for a realization and sets the clock to 0. */
+void sim_begin(struct sim *sim, int64_t realization);
+
+/* Moves all rods back by whole lengths L when they have drifted far: keeps the digits of y. */
+void sim_recentre(struct sim *sim);
+
+#endif

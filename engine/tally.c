@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * tally.c - see tally.h and bcd.h. Means and variances by Welford's recurrence, merged by Chan's. */
+#include "tally.h"
+#include "blob.h"
+#include "status.h"
+#include "table.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+size_t tally_count(const struct bcd_scene *scene)
+{
+    size_t count = 0;
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
+        count += scene_observable_type(part)->count(part->group.values, &scene->plan);
+    return count;
+}
+
+static void point_into(struct bcd_tally *tally, double *memory)
+{
+    tally->samples = memory;
+    tally->mean = memory ? memory + tally->count : NULL;
+    tally->square = memory ? memory + 2 * tally->count : NULL;
+}
+
+void tally_layout(struct bcd_tally *tally, const struct bcd_scene *scene, size_t count,
+                  struct arena *kept)
+{
+    *tally = (struct bcd_tally){.identity = scene_identity(scene), .count = count};
+    point_into(tally, arena_take(kept, 3 * count * sizeof(double)));
+}
+
+enum bcd_status bcd_tally_create(struct bcd_tally **out, const struct bcd_scene *scene)
+{
+    struct bcd_tally *tally = calloc(1, sizeof *tally);
+    if (!tally)
+        return BCD_NO_MEMORY;
+    tally->identity = scene_identity(scene);
+    tally->count = tally_count(scene);
+    tally->owned = calloc(3 * tally->count, sizeof(double));
+    if (!tally->owned) {
+        free(tally);
+        return BCD_NO_MEMORY;
+    }
+    point_into(tally, tally->owned);
+    *out = tally;
+    return BCD_OK;
+}
+
+void bcd_tally_free(struct bcd_tally *tally)
+{
+    if (!tally)
+        return;
+    free(tally->owned);
+    free(tally);
+}
+
+void tally_add(struct bcd_tally *tally, const double *values)
+{
+    for (size_t i = 0; i < tally->count; i++) {
+        if (isnan(values[i]))
+            continue;
+        double n = tally->samples[i] += 1;
+        double off = values[i] - tally->mean[i];
+        tally->mean[i] += off / n;
+        tally->square[i] += off * (values[i] - tally->mean[i]);
+    }
+}
+
+void bcd_tally_merge(struct bcd_tally *into, const struct bcd_tally *from)
+{
+    assert(into->identity == from->identity && into->count == from->count);
+    for (size_t i = 0; i < into->count; i++) {
+        double a = into->samples[i], b = from->samples[i], n = a + b;
+        if (b == 0)
+            continue;
+        double off = from->mean[i] - into->mean[i];
+        into->samples[i] = n;
+        into->mean[i] += off * (b / n);
+        into->square[i] += from->square[i] + off * off * (a * b / n);
+    }
+}
+
+/* ------------------------------------------------------------------- bytes */
+
+size_t bcd_tally_size(const struct bcd_tally *tally)
+{
+    return BLOB_HEADER_SIZE + 3 * tally->count * sizeof(double);
+}
+
+void bcd_tally_save(const struct bcd_tally *tally, void *bytes)
+{
+    memcpy((char *)bytes + BLOB_HEADER_SIZE, tally->samples, 3 * tally->count * sizeof(double));
+    blob_seal(bytes, BLOB_TALLY, tally->identity, bcd_tally_size(tally));
+}
+
+enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, size_t size,
+                                  struct bcd_error *error)
+{
+    enum bcd_status status = blob_check(bytes, BLOB_TALLY, tally->identity, size, error);
+    if (status)
+        return status;
+    if (size != bcd_tally_size(tally))
+        return error_set(error, BCD_CORRUPT, "", "a tally of %zu bytes, %zu expected", size,
+                         bcd_tally_size(tally));
+    memcpy(tally->samples, (const char *)bytes + BLOB_HEADER_SIZE,
+           3 * tally->count * sizeof(double));
+    return BCD_OK;
+}
+
+/* ------------------------------------------------------------------ tables */
+
+static void add_remarks(struct bcd_table *table, const struct bcd_scene *scene,
+                        const struct observable_type *type)
+{
+    if (type->theory)
+        table_add_absent(table, "theory", BCD_ROLE_THEORY,
+                         "exact references are not part of this version");
+    table_add_absent(table, "time_step_error", BCD_ROLE_TIME_STEP_ERROR,
+                     "this version does not estimate it: repeat the job with half the time_step");
+    const struct plan *plan = &scene->plan;
+    bool blocks = plan->realizations == 1;
+    table_note_text(table, "stderr_from", blocks ? "blocks" : "realizations");
+    table_note_number(table, blocks ? "blocks" : "realizations",
+                      (double)(blocks ? plan->blocks : plan->realizations));
+}
+
+enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_scene *scene,
+                                size_t index, struct bcd_table **out)
+{
+    assert(tally->identity == scene_identity(scene));
+    const struct scene_part *part = scene_observable(scene, index);
+    if (!part)
+        return BCD_INVALID;
+    size_t first = 0;
+    for (size_t i = 0; i < index; i++) {
+        const struct scene_part *before = scene_observable(scene, i);
+        first += scene_observable_type(before)->count(before->group.values, &scene->plan);
+    }
+    const struct observable_type *type = scene_observable_type(part);
+    struct moments moments = {tally->samples + first, tally->mean + first, tally->square + first,
+                              type->count(part->group.values, &scene->plan)};
+    struct bcd_table *table = calloc(1, sizeof *table);
+    if (!table)
+        return BCD_NO_MEMORY;
+    enum bcd_status status = type->table(part->group.values, &scene->plan, &moments, table);
+    if (status) {
+        bcd_table_free(table);
+        return status;
+    }
+    add_remarks(table, scene, type);
+    *out = table;
+    return BCD_OK;
+}
