@@ -11,7 +11,7 @@
 #define QUEUE_H
 
 #include "bcd.h"
-#include "store.h"
+#include "store_jobs.h"
 
 #include <stdatomic.h>
 
@@ -21,35 +21,46 @@ struct queue;
 struct task {
     const char *id;                /* the job's */
     const struct bcd_scene *scene; /* completed, shared, read-only */
-    int64_t chunk;
+    int64_t chunk;                 /* QUEUE_FINISH: none is left, only finishing the job */
     const atomic_bool *cancelled;  /* look at it between slices */
-    _Atomic int64_t *ticks_done;   /* the worker writes its progress here */
-    void *entry;                   /* the queue's own */
+    _Atomic int64_t *ticks_done;   /* the worker writes its progress here, */
+    _Atomic int64_t *ticks_total;  /* and first of all what will make it complete (NULL, both, in a */
+    void *claim;                   /* task QUEUE_FINISH); claim is the queue's own */
 };
+enum { QUEUE_FINISH = -1 };
+
+/* SHA-256 of bcd_scene_encode(): what makes a job the same job. False = out of memory. */
+bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]);
 
 enum store_status queue_create(struct queue **queue, struct store *store);
 void queue_free(struct queue *queue);
 
-/* Takes over every unfinished job of the store. Called once before workers start. */
+/* Takes over every unfinished job of the store. Called once before workers start. A job that this
+ * program would not run as it was accepted (its text no longer parses, or means something else) is
+ * failed with the reason. */
 enum store_status queue_recover(struct queue *queue);
 
-/* A job that was just inserted; the queue owns the scene afterwards (_take). */
+/* A job that was just inserted; the queue owns the scene afterwards (_take). Without memory for it the
+ * job stays queued in the store until the next start. */
 void queue_take(struct queue *queue, const char *id, struct bcd_scene *scene);
 
-/* Waits for work; false when the queue is stopping. Marks the job running in the store when this
- * is its first chunk. */
+/* Waits for work; false when the queue is stopping. Marks the job running in the store before its
+ * first chunk is handed out; a job that the store no longer lets start is dropped. A recovered job
+ * whose chunks are all finished comes as one task with chunk == QUEUE_FINISH: finish it, then
+ * queue_forget. */
 bool queue_claim(struct queue *queue, struct task *task);
 
 /* The chunk is finished and its tally stored. The last chunk of a job makes the caller finish the job
- * (merge, tables, store): *last tells. After that, queue_forget ends the job here. */
+ * (merge, tables, store): *last tells, and id, scene and cancelled then stay borrowed until the
+ * caller ends the job here with queue_forget, which it must. */
 void queue_done(struct queue *queue, struct task *task, bool *last);
 void queue_forget(struct queue *queue, const char *id);
 
 /* The chunk was not finished (stopping, cancelled, failed) and goes back. */
 void queue_release(struct queue *queue, struct task *task);
 
-/* Cancels a job: no further chunk is handed out, running ones are told. The store is the caller's
- * business. */
+/* Cancels a job: no further chunk is handed out, running ones are told; when the last of them is let
+ * go, the job is gone from here. Unknown ids are ignored. The store is the caller's business. */
 void queue_cancel(struct queue *queue, const char *id);
 
 /* 0..1 of a job in the queue; negative when it is not here (the store then knows). */

@@ -1,0 +1,466 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * worker.c - see worker.h. The only file of the daemon that moves a run.
+ *
+ * A run goes on in slices of about LIMIT_SLICE_MS. Between two slices its progress is published and
+ * cancel, stop and checkpoint are looked at; how the slices fall changes no bit of the run.
+ *
+ * THREADS  Each worker is one thread with its own run and tallies; what is shared is queue and store.
+ */
+#include "worker.h"
+
+#include "limits.h"
+#include "log.h"
+#include "store_results.h"
+
+#include <assert.h>
+#include <signal.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum {
+    SLICE_GROWTH_MAX = 8,      /* a slice is at most this much longer than the one before */
+    BACK_OFF_MS_MIN = 100,     /* between two tries of the store: twice as long each time, */
+    BACK_OFF_MS_MAX = 30000,   /* but never longer than this */
+    BROKEN_TRIES_MAX = 8,      /* a full disk is waited for; anything else gives up in the end */
+    MEMORY_TRIES_MAX = 8,
+};
+
+struct workers {
+    struct queue *queue;
+    struct store *store;
+    size_t count;
+    pthread_t threads[];
+};
+
+/* What became of a chunk. */
+enum outcome {
+    OUTCOME_DONE,    /* its tally is stored */
+    OUTCOME_STOPPED, /* cancelled or stopping; goes back */
+    OUTCOME_FAILED,  /* the job cannot be run */
+};
+
+/* One task in work. */
+struct work {
+    struct workers *workers;
+    struct task *task;
+    struct bcd_run *run;
+    struct bcd_error error;
+};
+
+/* ---------------------------------------------------------------------- clock */
+
+static int64_t now_ns(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+static bool should_stop(const struct work *work)
+{
+    return atomic_load(work->task->cancelled) || queue_stopping(work->workers->queue);
+}
+
+/* Waits before try number `tries` + 1 (tries >= 1); false as soon as there is no use in waiting. */
+static bool back_off(const struct work *work, int tries)
+{
+    const struct timespec nap = {.tv_nsec = LIMIT_SLICE_MS * 1000000L};
+    int64_t wait_ms = BACK_OFF_MS_MIN;
+    int64_t until;
+
+    for (int i = 1; i < tries && wait_ms < BACK_OFF_MS_MAX; i++)
+        wait_ms *= 2;
+    until = now_ns() + (wait_ms < BACK_OFF_MS_MAX ? wait_ms : BACK_OFF_MS_MAX) * 1000000;
+    while (!should_stop(work) && now_ns() < until)
+        nanosleep(&nap, NULL);
+    return !should_stop(work);
+}
+
+/* What to do about a store that answered `status` at try number `tries`: true = try again. */
+static bool try_again(struct work *work, enum store_status status, int tries)
+{
+    if (status == STORE_BROKEN && tries >= BROKEN_TRIES_MAX)
+        return false;
+    if (status != STORE_FULL && status != STORE_BROKEN)
+        return false;
+    log_write(LOG_LEVEL_WARNING, "worker_waits_for_store",
+              LOG_FIELDS(log_text("job", work->task->id), log_integer("chunk", work->task->chunk),
+                         log_text("cause", status == STORE_FULL ? "disk full" : "store broken"),
+                         log_integer("tries", tries)));
+    return back_off(work, tries);
+}
+
+/* ----------------------------------------------------------------- checkpoints */
+
+/* A checkpoint that cannot be kept costs work after a crash, not the run: logged, and that is it. */
+static void save_checkpoint(struct work *work)
+{
+    size_t size = bcd_run_checkpoint_size(work->run);
+    void *bytes = malloc(size + 1);
+    enum store_status status = STORE_BROKEN;
+
+    if (bytes) {
+        bcd_run_save(work->run, bytes);
+        status = store_results_checkpoint(work->workers->store, work->task->id, work->task->chunk,
+                                          bytes, size);
+    }
+    if (status == STORE_FULL || status == STORE_BROKEN)
+        log_write(LOG_LEVEL_WARNING, "checkpoint_not_kept",
+                  LOG_FIELDS(log_text("job", work->task->id),
+                             log_integer("chunk", work->task->chunk),
+                             log_integer("bytes", (int64_t)size)));
+    free(bytes);
+}
+
+/* Makes the run, where it was left if it was left anywhere. */
+static enum bcd_status create_run(struct work *work)
+{
+    const struct task *task = work->task;
+    struct blob checkpoint = {0};
+    enum bcd_status status =
+        bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
+
+    if (status || store_results_load_checkpoint(work->workers->store, task->id, task->chunk,
+                                                &checkpoint) != STORE_OK)
+        return status;
+    status = bcd_run_restore(work->run, checkpoint.bytes, checkpoint.size, &work->error);
+    blob_fini(&checkpoint);
+    if (status == BCD_OK)
+        return BCD_OK;
+    log_write(LOG_LEVEL_WARNING, "checkpoint_dropped",
+              LOG_FIELDS(log_text("job", task->id), log_integer("chunk", task->chunk),
+                         log_text("reason", work->error.text)));
+    bcd_run_free(work->run);
+    work->run = NULL;
+    return bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
+}
+
+/* The machine may be short of memory for the moment only. */
+static enum bcd_status create_run_patiently(struct work *work)
+{
+    enum bcd_status status = create_run(work);
+
+    for (int tries = 1; status == BCD_NO_MEMORY && tries < MEMORY_TRIES_MAX; tries++) {
+        log_write(LOG_LEVEL_WARNING, "worker_waits_for_memory",
+                  LOG_FIELDS(log_text("job", work->task->id),
+                             log_integer("chunk", work->task->chunk)));
+        if (!back_off(work, tries))
+            break;
+        status = create_run(work);
+    }
+    return status;
+}
+
+/* --------------------------------------------------------------------- one chunk */
+
+/* How many ticks to take next, after `ticks` of them took `elapsed_ns`. */
+static int64_t next_slice(int64_t ticks, int64_t elapsed_ns)
+{
+    const double target_ns = LIMIT_SLICE_MS * 1e6;
+    double factor = elapsed_ns > 0 ? target_ns / (double)elapsed_ns : SLICE_GROWTH_MAX;
+    double next = (double)ticks * (factor < SLICE_GROWTH_MAX ? factor : SLICE_GROWTH_MAX);
+
+    return next < 1.0 ? 1 : next > 1e15 ? (int64_t)1e15 : (int64_t)next;
+}
+
+/* Advances the run to its end; false when it was told to stop before. */
+static bool advance(struct work *work)
+{
+    const int64_t total = bcd_run_ticks_total(work->run);
+    int64_t slice = 1, before = now_ns();
+    int64_t checkpoint_due = before + LIMIT_CHECKPOINT_MS * INT64_C(1000000);
+
+    atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
+    atomic_store(work->task->ticks_total, total);
+    while (bcd_run_ticks_done(work->run) < total) {
+        int64_t after;
+
+        if (should_stop(work))
+            return false;
+        bcd_run_advance(work->run, slice);
+        after = now_ns();
+        slice = next_slice(slice, after - before);
+        atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
+        if (after >= checkpoint_due && bcd_run_ticks_done(work->run) < total) {
+            save_checkpoint(work);
+            after = now_ns();
+            checkpoint_due = after + LIMIT_CHECKPOINT_MS * INT64_C(1000000);
+        }
+        before = after;
+    }
+    return true;
+}
+
+static enum outcome put_tally(struct work *work)
+{
+    const struct bcd_tally *tally = bcd_run_tally(work->run);
+    size_t size = bcd_tally_size(tally);
+    void *bytes = malloc(size + 1);
+    enum store_status status;
+    int tries = 0;
+
+    if (!bytes) {
+        work->error.code = BCD_NO_MEMORY;
+        return OUTCOME_FAILED;
+    }
+    bcd_tally_save(tally, bytes);
+    do
+        status = store_results_put_chunk(work->workers->store, work->task->id, work->task->chunk,
+                                         bytes, size);
+    while (try_again(work, status, ++tries));
+    free(bytes);
+    if (status == STORE_OK)
+        return OUTCOME_DONE;
+    if (status == STORE_BROKEN && !should_stop(work)) {
+        work->error.code = BCD_INTERNAL;
+        snprintf(work->error.text, sizeof work->error.text, "a finished part could not be stored");
+        return OUTCOME_FAILED;
+    }
+    /* No longer running in the store: cancelled, and nobody is to take this chunk up again. */
+    if (status == STORE_CONFLICT || status == STORE_NOT_FOUND)
+        queue_cancel(work->workers->queue, work->task->id);
+    return OUTCOME_STOPPED;
+}
+
+static enum outcome run_chunk(struct work *work)
+{
+    work->error.code = create_run_patiently(work);
+    if (work->error.code == BCD_NO_MEMORY && should_stop(work))
+        return OUTCOME_STOPPED;
+    if (work->error.code)
+        return OUTCOME_FAILED;
+    if (advance(work))
+        return put_tally(work);
+    if (!atomic_load(work->task->cancelled))
+        save_checkpoint(work);
+    return OUTCOME_STOPPED;
+}
+
+/* ------------------------------------------------------------------ finishing */
+
+/* The chunks' tallies in the order of their numbers: the order is part of the result. */
+static enum bcd_status merge(struct work *work, int64_t chunk, struct bcd_tally *part,
+                             struct bcd_tally *whole)
+{
+    struct blob blob = {0};
+    enum bcd_status status;
+
+    if (store_results_load_chunk(work->workers->store, work->task->id, chunk, &blob) != STORE_OK) {
+        snprintf(work->error.text, sizeof work->error.text,
+                 "part %lld of the results could not be read", (long long)chunk);
+        return BCD_INTERNAL;
+    }
+    status = bcd_tally_restore(part, blob.bytes, blob.size, &work->error);
+    if (status == BCD_OK)
+        bcd_tally_merge(whole, part);
+    blob_fini(&blob);
+    return status;
+}
+
+static enum bcd_status merge_all(struct work *work, struct bcd_tally **tally)
+{
+    const struct bcd_scene *scene = work->task->scene;
+    struct bcd_tally *whole = NULL, *part = NULL;
+    enum bcd_status status = bcd_tally_create(&whole, scene);
+
+    if (status == BCD_OK)
+        status = bcd_tally_create(&part, scene);
+    for (int64_t i = 0; status == BCD_OK && i < bcd_scene_chunks(scene); i++)
+        status = merge(work, i, part, whole);
+    bcd_tally_free(part);
+    if (status) {
+        bcd_tally_free(whole);
+        return status;
+    }
+    *tally = whole;
+    return BCD_OK;
+}
+
+/* The tables of a job as bytes: what store_results_finish takes. */
+struct results {
+    struct result_new *items;
+    size_t count;
+};
+
+static void results_fini(struct results *results)
+{
+    for (size_t i = 0; i < results->count; i++)
+        free((void *)results->items[i].table);
+    free(results->items);
+}
+
+static enum bcd_status add_result(struct results *results, const struct bcd_tally *tally,
+                                  const struct bcd_scene *scene)
+{
+    struct result_new *item = &results->items[results->count];
+    struct bcd_table *table = NULL;
+    enum bcd_status status = bcd_tally_table(tally, scene, results->count, &table);
+    void *bytes;
+
+    if (status)
+        return status;
+    item->observable = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, results->count)->type;
+    item->size = bcd_table_size(table);
+    item->table = bytes = malloc(item->size + 1);
+    if (bytes) {
+        bcd_table_save(table, bytes);
+        results->count++;
+    }
+    bcd_table_free(table);
+    return bytes ? BCD_OK : BCD_NO_MEMORY;
+}
+
+static enum bcd_status make_results(const struct bcd_tally *tally, const struct bcd_scene *scene,
+                                    struct results *results)
+{
+    enum bcd_status status = BCD_OK;
+    size_t count = 0;
+
+    while (bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, count))
+        count++;
+    results->items = calloc(count + 1, sizeof *results->items);
+    if (!results->items)
+        return BCD_NO_MEMORY;
+    while (status == BCD_OK && results->count < count)
+        status = add_result(results, tally, scene);
+    return status;
+}
+
+/* False when the job must be failed: work->error says why. A job that was cancelled at the last moment
+ * is no failure, nor is a stop: then the next start finishes it. */
+static bool put_results(struct work *work, const struct results *results)
+{
+    enum store_status status;
+    int tries = 0;
+
+    do
+        status = store_results_finish(work->workers->store, work->task->id, results->items,
+                                      results->count);
+    while (try_again(work, status, ++tries));
+    if (status == STORE_OK)
+        log_write(LOG_LEVEL_INFO, "job_done", LOG_FIELDS(log_text("job", work->task->id)));
+    if (status != STORE_BROKEN || should_stop(work))
+        return true;
+    work->error.code = BCD_INTERNAL;
+    snprintf(work->error.text, sizeof work->error.text, "the results could not be stored");
+    return false;
+}
+
+static bool finish_job(struct work *work)
+{
+    struct bcd_tally *tally = NULL;
+    struct results results = {0};
+    bool finished = false;
+
+    /* A cancel takes the chunks away while they are merged: no failure either. */
+    work->error.code = merge_all(work, &tally);
+    if (work->error.code == BCD_OK)
+        work->error.code = make_results(tally, work->task->scene, &results);
+    if (work->error.code == BCD_OK)
+        finished = put_results(work, &results);
+    else
+        finished = atomic_load(work->task->cancelled);
+    results_fini(&results);
+    bcd_tally_free(tally);
+    return finished;
+}
+
+/* ---------------------------------------------------------------------- the loop */
+
+/* A job that was cancelled meanwhile stays cancelled. */
+static void fail_job(struct work *work)
+{
+    const char *id = work->task->id;
+    char reason[sizeof work->error.text + 64];
+    enum store_status status;
+    int tries = 0;
+
+    snprintf(reason, sizeof reason, "%s%s%s", bcd_status_text(work->error.code),
+             work->error.text[0] ? ": " : "", work->error.text);
+    do
+        status = store_jobs_fail(work->workers->store, id, reason);
+    while (try_again(work, status, ++tries));
+    if (status != STORE_CONFLICT)
+        log_write(LOG_LEVEL_ERROR, "job_failed",
+                  LOG_FIELDS(log_text("job", id), log_integer("chunk", work->task->chunk),
+                             log_text("reason", reason)));
+    queue_cancel(work->workers->queue, id);
+}
+
+static void do_task(struct workers *workers, struct task *task)
+{
+    struct work work = {.workers = workers, .task = task};
+    bool last = task->chunk == QUEUE_FINISH;
+
+    if (!last) {
+        enum outcome outcome = run_chunk(&work);
+
+        bcd_run_free(work.run);
+        if (outcome != OUTCOME_DONE) {
+            if (outcome == OUTCOME_FAILED)
+                fail_job(&work);
+            queue_release(workers->queue, task);
+            return;
+        }
+        queue_done(workers->queue, task, &last);
+    }
+    if (last) {
+        if (!finish_job(&work))
+            fail_job(&work);
+        queue_forget(workers->queue, task->id);
+    }
+}
+
+static void *worker_main(void *context)
+{
+    struct workers *workers = context;
+    struct task task;
+
+    while (queue_claim(workers->queue, &task))
+        do_task(workers, &task);
+    return NULL;
+}
+
+struct workers *workers_start(size_t count, struct queue *queue, struct store *store)
+{
+    struct workers *workers;
+    sigset_t all, kept;
+    int code = 0;
+
+    assert(count >= 1 && count <= LIMIT_WORKERS_MAX);
+    workers = calloc(1, sizeof *workers + count * sizeof workers->threads[0]);
+    if (!workers)
+        return NULL;
+    workers->queue = queue;
+    workers->store = store;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &kept);
+    while (code == 0 && workers->count < count) {
+        code = pthread_create(&workers->threads[workers->count], NULL, worker_main, workers);
+        workers->count += code == 0;
+    }
+    pthread_sigmask(SIG_SETMASK, &kept, NULL);
+    if (code) {
+        log_write(LOG_LEVEL_ERROR, "worker_not_started",
+                  LOG_FIELDS(log_integer("errno", code),
+                             log_integer("started", (int64_t)workers->count)));
+        workers_stop(workers);
+        return NULL;
+    }
+    return workers;
+}
+
+void workers_stop(struct workers *workers)
+{
+    if (!workers)
+        return;
+    queue_stop(workers->queue);
+    for (size_t i = 0; i < workers->count; i++)
+        pthread_join(workers->threads[i], NULL);
+    free(workers);
+}
