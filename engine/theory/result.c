@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * result.c - results and their refinement to a tolerance (tools.h). */
+#include <math.h>
+#include <stdlib.h>
+
+#include "tools.h"
+
+enum bcd_status result_create(struct theory_result **result, const struct theory_wanted *wanted)
+{
+    size_t contact = wanted->contact_bins, window = wanted->contact_gap > 0 ? contact : 0;
+    size_t total = wanted->density_bins + contact + window + wanted->pair_bins + wanted->gap_bins;
+    struct theory_result *fresh = calloc(1, sizeof *fresh + total * sizeof(double));
+    if (!fresh) {
+        return BCD_NO_MEMORY;
+    }
+    double *next = (double *)(fresh + 1);
+    fresh->wanted = *wanted;
+    fresh->density = next;
+    fresh->contact = fresh->density + wanted->density_bins;
+    fresh->contact_window = fresh->contact + contact;
+    fresh->pair = fresh->contact_window + window;
+    fresh->gap = fresh->pair + wanted->pair_bins;
+    fresh->contact_window = window ? fresh->contact_window : NULL;
+    fresh->pressure = fresh->bonded_fraction = NAN;
+    *result = fresh;
+    return BCD_OK;
+}
+
+void theory_result_free(struct theory_result *result)
+{
+    free(result);
+}
+
+/* Largest difference relative to the largest value, or to `floor` if that is more; NaN in either
+ * counts as infinite. */
+static double profile_distance(const double *a, const double *b, size_t count, double floor)
+{
+    double difference = 0, largest = floor;
+    for (size_t i = 0; i < count; i++) {
+        double d = fabs(a[i] - b[i]);
+        if (!isfinite(d)) {
+            return INFINITY;
+        }
+        difference = d > difference ? d : difference;
+        largest = fabs(b[i]) > largest ? fabs(b[i]) : largest;
+    }
+    return difference > 0 ? difference / largest : 0;
+}
+
+static double scalar_distance(double a, double b, double scale)
+{
+    if (isnan(a) && isnan(b)) {
+        return 0; /* both not given */
+    }
+    double d = fabs(a - b) / scale;
+    return isfinite(d) ? d : INFINITY;
+}
+
+double result_distance(const struct theory_result *a, const struct theory_result *b,
+                       const struct model *model)
+{
+    const struct theory_wanted *w = &a->wanted;
+    double kT = model->system.temperature;
+    /* Contact densities may fall to exp(-U0/kT): below this no simulation sees them. */
+    double floor = 1e-6 * model->density * model->density;
+    double distance[] = {
+        profile_distance(a->density, b->density, w->density_bins, 0),
+        profile_distance(a->contact, b->contact, w->contact_bins, floor),
+        a->contact_window
+            ? profile_distance(a->contact_window, b->contact_window, w->contact_bins, floor)
+            : 0,
+        profile_distance(a->pair, b->pair, w->pair_bins, 0),
+        profile_distance(a->gap, b->gap, w->gap_bins, 0),
+        scalar_distance(a->energy, b->energy, fabs(b->energy) + kT),
+        scalar_distance(a->pressure, b->pressure, fabs(b->pressure)),
+        scalar_distance(a->bonded_fraction, b->bonded_fraction, 1),
+    };
+    double largest = 0;
+    for (size_t i = 0; i < sizeof distance / sizeof *distance; i++) {
+        largest = distance[i] > largest ? distance[i] : largest;
+    }
+    return largest;
+}
+
+enum bcd_status refine(struct theory_result **result, const struct model *model,
+                       const struct theory_wanted *wanted, const struct refinement *how,
+                       struct bcd_error *error)
+{
+    struct theory_result *before = NULL, *now = NULL;
+    enum bcd_status status = BCD_INVALID;
+    double distance = INFINITY, tolerance = model->wanted.tolerance;
+    for (size_t level = 0; level < how->levels && distance > tolerance; level++) {
+        theory_result_free(before);
+        before = now;
+        now = NULL;
+        status = how->compute(&now, model, level, error);
+        if (status == BCD_INVALID && level + 1 < how->levels) {
+            continue; /* too coarse a grid for anything: the next one may do */
+        }
+        if (status) {
+            goto cleanup;
+        }
+        distance = before ? result_distance(before, now, model) : INFINITY;
+    }
+    if (!(distance <= tolerance)) {
+        status = theory_fail(error, BCD_INVALID,
+                             "%s: not exact to %.0e: the last refinement, to %zu points per "
+                             "period, still changed it by %.1e",
+                             how->what, tolerance, now ? now->points : 0, distance);
+        goto cleanup;
+    }
+    now->error = distance;
+    now->wanted = *wanted;
+    *result = now;
+    now = NULL;
+cleanup:
+    theory_result_free(before);
+    theory_result_free(now);
+    return status;
+}

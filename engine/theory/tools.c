@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * tools.c - memory, errors, Gauss-Legendre rules, complex matrices (tools.h). */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools.h"
+
+enum bcd_status theory_fail(struct bcd_error *error, enum bcd_status code, const char *format, ...)
+{
+    if (!error) {
+        return code;
+    }
+    va_list args;
+    va_start(args, format);
+    memset(error, 0, sizeof *error);
+    error->code = code;
+    vsnprintf(error->text, sizeof error->text, format, args);
+    va_end(args);
+    return code;
+}
+
+struct scratch_block {
+    struct scratch_block *next;
+    max_align_t data[];
+};
+
+void *scratch_bytes(struct scratch *scratch, size_t bytes)
+{
+    enum { LIMIT = 1 << 30 }; /* no computation here needs a gigabyte in one block */
+    struct scratch_block *block = NULL;
+    if (bytes <= LIMIT) {
+        block = calloc(1, sizeof *block + bytes + 1);
+    }
+    if (!block) {
+        scratch->failed = true;
+        return NULL;
+    }
+    block->next = scratch->blocks;
+    scratch->blocks = block;
+    return block->data;
+}
+
+double *scratch_doubles(struct scratch *scratch, size_t count)
+{
+    return scratch_bytes(scratch, count * sizeof(double));
+}
+
+double complex *scratch_complex(struct scratch *scratch, size_t count)
+{
+    return scratch_bytes(scratch, count * sizeof(double complex));
+}
+
+void scratch_free(struct scratch *scratch)
+{
+    struct scratch_block *block = scratch->blocks;
+    while (block) {
+        struct scratch_block *next = block->next;
+        free(block);
+        block = next;
+    }
+    scratch->blocks = NULL;
+}
+
+/* Newton's method on the Legendre polynomial, from Tricomi's approximation of its roots. */
+void gauss_legendre(size_t count, double *node, double *weight)
+{
+    double n = (double)count;
+    for (size_t i = 0; i < count; i++) {
+        double x = -cos(PI * ((double)i + .75) / (n + .5)), slope = 1;
+        for (int turn = 0; turn < 20; turn++) {
+            double p = 1, before = 0;
+            for (size_t k = 1; k <= count; k++) {
+                double next = ((2. * (double)k - 1) * x * p - ((double)k - 1) * before) / (double)k;
+                before = p;
+                p = next;
+            }
+            slope = n * (x * p - before) / (x * x - 1);
+            double step = p / slope;
+            x -= step;
+            if (fabs(step) < 1e-16) {
+                break;
+            }
+        }
+        node[i] = x;
+        weight[i] = 2 / ((1 - x * x) * slope * slope);
+    }
+}
+
+void matrix_init(struct matrix *matrix, struct scratch *scratch, size_t n)
+{
+    matrix->n = n;
+    matrix->re = scratch_doubles(scratch, n * n);
+    matrix->im = scratch_doubles(scratch, n * n);
+}
+
+/* Row i of the product is a combination of the rows of b: unit stride throughout. Two rows of b at
+ * a time halve the traffic of the row that is written. */
+void matrix_multiply(struct matrix *out, const struct matrix *a, const struct matrix *b)
+{
+    size_t n = a->n;
+    for (size_t i = 0; i < n; i++) {
+        double *restrict re = out->re + i * n, *restrict im = out->im + i * n;
+        memset(re, 0, n * sizeof *re);
+        memset(im, 0, n * sizeof *im);
+        for (size_t k = 0; k < n; k++) {
+            double x = a->re[i * n + k], y = a->im[i * n + k];
+            const double *restrict u = b->re + k * n, *restrict v = b->im + k * n;
+            for (size_t j = 0; j < n; j++) {
+                re[j] += x * u[j] - y * v[j];
+                im[j] += x * v[j] + y * u[j];
+            }
+        }
+    }
+}
+
+double matrix_norm(const struct matrix *matrix)
+{
+    size_t n = matrix->n;
+    double norm = 0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = 0;
+        for (size_t j = 0; j < n; j++) {
+            sum += fabs(matrix->re[i * n + j]) + fabs(matrix->im[i * n + j]);
+        }
+        norm = sum > norm ? sum : norm;
+    }
+    return norm;
+}
