@@ -160,7 +160,9 @@ static void ticks_log(const struct plot_axis *axis, int wanted, struct plot_tick
     double a = log10(axis->min) - 1e-9, b = log10(axis->max) + 1e-9;
     int first = (int)floor(a), last = (int)floor(b);
     int decades = last - (int)ceil(a); /* whole ones inside */
-    int stride = decades / wanted + 1;
+    int least = decades / (wanted + 3) + 1, stride = 1;
+    for (int nice = 1; stride < least; nice++) /* 1, 2, 5, 10, 20, 50, 100 */
+        stride = nice % 3 == 1 ? 2 * stride : nice % 3 == 2 ? stride / 2 * 5 : 2 * stride;
     bool plain = first >= -3 && last <= 3;
     for (int decade = first; decade <= last; decade++) {
         for (int m = 1; m <= (stride == 1 ? 9 : 1) && ticks->count < PLOT_TICKS_MAX; m++) {

@@ -70,7 +70,7 @@ static void clean(struct plot_points *points, const struct bcd_table *table)
     const struct bcd_column *theory = bcd_table_column(table, BCD_ROLE_THEORY);
     for (size_t i = 0; i < points->count; i++) {
         struct plot_point *p = &points->point[i];
-        p->x = at(x, i, points->log_x);
+        p->x = table->scalar ? 0 : at(x, i, points->log_x);
         p->value = isnan(p->x) ? NAN : at(value, i, points->log_y);
         p->theory = isnan(p->x) ? NAN : at(theory, i, points->log_y);
         double e = fabs(at(error, i, false)), s = fabs(at(step, i, false));
@@ -158,8 +158,11 @@ static void measure(struct plot_points *points)
         include(&points->x, p->x);
         include(&points->y, p->value);
         include(&points->y, p->theory);
-        /* On a logarithmic axis an error bar may reach to 0 and below; a tenth is enough of it. */
-        double floor_y = points->log_y ? p->value / 10 : -DBL_MAX;
+        /* On a logarithmic axis an error bar may reach to 0 and below; a tenth is enough of it.
+         * Bars of counts stand on 0. */
+        double floor_y = points->log_y                      ? p->value / 10
+                         : points->bars && p->value >= 0 ? 0
+                                                            : -DBL_MAX;
         include(&points->y, isnan(p->low) ? NAN : fmax(p->low, floor_y));
         include(&points->y, p->high);
         include(&points->y, isnan(p->step_low) ? NAN : fmax(p->step_low, floor_y));

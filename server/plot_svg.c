@@ -352,24 +352,49 @@ static void draw_plot(struct text *svg, const struct bcd_table *table, struct pl
 
 /* ------------------------------------------------------------------ scalar */
 
-/* "0.7960 +- 0.0021": the error to two digits, the value as far as they reach. */
+/* " x 10^n", the exponent in raised digits; nothing for n = 0. */
+static void print_power(char *out, size_t size, int power)
+{
+    static const char *const raised[] = {"\xE2\x81\xB0", "\xC2\xB9",     "\xC2\xB2",
+                                         "\xC2\xB3",     "\xE2\x81\xB4", "\xE2\x81\xB5",
+                                         "\xE2\x81\xB6", "\xE2\x81\xB7", "\xE2\x81\xB8",
+                                         "\xE2\x81\xB9"};
+    char digits[16];
+    out[0] = '\0';
+    if (power == 0)
+        return;
+    snprintf(digits, sizeof digits, "%d", power < 0 ? -power : power);
+    size_t n = (size_t)snprintf(out, size, " \xC3\x97 10%s", power < 0 ? "\xE2\x81\xBB" : "");
+    for (const char *d = digits; *d && n + 4 < size; d++)
+        n += (size_t)snprintf(out + n, size - n, "%s", raised[*d - '0']);
+}
+
+/* "0.7960 +- 0.0021": the error to two digits, the value as far as they reach. Without an error
+ * (NaN) the value to six digits. */
 static void print_value(char *out, size_t size, double value, double error)
 {
-    double scale = fmax(fabs(value), isnan(error) ? 0 : error);
+    bool alone = isnan(error);
+    double scale = fmax(fabs(value), alone ? 0 : error);
     int exponent = scale > 0 ? (int)floor(log10(scale)) : 0;
     int power = exponent < -3 || exponent > 5 ? exponent : 0;
     double finest = error > 0 ? floor(log10(error)) - 1 : exponent - 5;
-    double digits = fmin(fmax(power - finest, 0), 12);
-    char v[48], e[48];
+    int digits = (int)fmin(fmax(power - finest, 0), 12);
+    char v[48], e[48], times[48];
     /* In two steps: 10^-power need not be a double. */
     double half = pow(10, power / 2), rest = pow(10, power - power / 2);
-    plot_print_fixed(v, sizeof v, value / half / rest, (int)digits);
-    plot_print_fixed(e, sizeof e, error / half / rest, (int)digits);
-    const char *format = power && !isnan(error) ? "(%s%s%s)" : "%s%s%s";
-    int n = snprintf(out, size, format, v, isnan(error) ? "" : " \xC2\xB1 ",
-                     isnan(error) ? "" : e);
-    if (power)
-        snprintf(out + n, size - (size_t)n, " \xC3\x97 10^%d", power);
+    plot_print_fixed(v, sizeof v, value / half / rest, digits);
+    plot_print_fixed(e, sizeof e, alone ? 0 : error / half / rest, digits);
+    if (alone && strchr(v, '.')) { /* "2.50000" */
+        size_t end = strlen(v);
+        while (v[end - 1] == '0')
+            end--;
+        v[v[end - 1] == '.' ? end - 1 : end] = '\0';
+    }
+    print_power(times, sizeof times, power);
+    if (alone)
+        snprintf(out, size, "%s%s", v, times);
+    else
+        snprintf(out, size, power ? "(%s \xC2\xB1 %s)%s" : "%s \xC2\xB1 %s%s", v, e, times);
 }
 
 /* Value, whisker of one standard error, and theory on a line of numbers. */
@@ -389,7 +414,6 @@ static void draw_scalar(struct text *svg, const struct bcd_table *table, struct 
     print_value(words, sizeof words, p.value, error);
     add_line(svg, &(struct line){16, 72, 520, 30, START, "fill=\"" PLOT_BLUE "\""}, words);
     if (points->theory) {
-        /* One more digit than the error allows is plenty. */
         print_value(theory, sizeof theory, p.theory, NAN);
         snprintf(words, sizeof words, "theory %s", theory);
         add_line(svg, &(struct line){WIDTH - 16, 72, 300, 18, END, "fill=\"" PLOT_RED "\""}, words);
