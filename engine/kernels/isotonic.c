@@ -153,6 +153,9 @@ void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *bloc
     double at_head = seam.block.mean - ell, at_tail = at_head + ell;
     for (int64_t i = seam.block.first; i < n; i++)
         y[i] = at_tail;
+    /* That rounding can put the tail an ulp of the head below its mean, and a rod there ahead of it. */
+    for (int64_t i = seam.block.first - 1; i > seam.block.last - n && y[i] > at_tail; i--)
+        y[i] = at_tail;
     for (int64_t i = 0; i <= seam.block.last - n; i++)
         y[i] = at_head;
 }
