@@ -17,6 +17,7 @@ struct request {
     const char *method;          /* "GET", "POST", "DELETE", ... */
     const char *path;            /* as sent, without the query */
     const char *idempotency_key; /* header, or NULL */
+    const char *content_type;    /* header, or NULL */
     const char *body;            /* NUL-terminated for convenience; size counts */
     size_t body_size;
     const struct request_query *query;
@@ -38,10 +39,10 @@ void reply_fini(struct reply *reply);
 typedef void http_handler(void *context, const struct request *request, struct reply *reply);
 
 struct http_options {
-    const char *host;  /* numeric address */
-    uint16_t port;     /* 0 = pick a free one */
+    const char *host; /* numeric address */
+    uint16_t port;    /* 0 = pick a free one */
     http_handler *handler;
-    void *context;     /* handed to handler; shared by all threads of the server */
+    void *context; /* handed to handler; shared by all threads of the server */
 };
 
 struct http;

@@ -11,6 +11,11 @@ enum {
     LIMIT_JSON_DEPTH_MAX = 16,
     LIMIT_IDEMPOTENCY_KEY_BYTES_MAX = 255,
     LIMIT_CONNECTIONS_MAX = 2000,
+    LIMIT_HTTP_THREADS = 4,
+    LIMIT_HEADER_BYTES_MAX = 32 << 10,     /* request line and headers of one request */
+    LIMIT_QUERY_MAX = 32,                  /* parameters after the "?" */
+    LIMIT_BODIES_BYTES_MAX = 64 << 20,     /* bodies of all requests in progress together */
+    LIMIT_ANSWER_AGE_MS_MAX = 600000,      /* from the request's last byte to the answer's */
     LIMIT_REQUEST_AGE_MS_MAX = 30000,      /* from the first byte to the last */
     LIMIT_IDLE_MS_MAX = 60000,
     LIMIT_WORKERS_MAX = 1024,
@@ -23,5 +28,6 @@ enum {
 #define LIMIT_RUN_BYTES_MAX 4e9       /* memory of one chunk in motion */
 #define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */
 #define LIMIT_CORE_SECONDS_MAX 3.2e7  /* one core for a year */
+#define LIMIT_CHUNKS_MAX 1000000      /* the queue keeps a few words for each */
 
 #endif

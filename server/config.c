@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "config.h"
+#include "http_guard.h"
+#include "limits.h"
+
+#include <arpa/inet.h>
+#include <sched.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *option_value(const char *name, char *const **argument);
+static bool parse_listen(const char *text, struct config *config, char *reason, size_t size);
+static bool parse_count(const char *text, unsigned long max, unsigned long *value);
+static size_t cores(void);
+
+const char *config_usage(void)
+{
+    return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N]\n"
+           "Brownian cluster dynamics as a service: jobs in over HTTP, results out.\n"
+           "\n"
+           "  --data DIR          where jobs and results are kept; created when missing\n"
+           "  --listen HOST:PORT  loopback address to listen on (127.0.0.1:8080); port 0 picks "
+           "one\n"
+           "  --workers N         threads that simulate (as many as there are cores)\n"
+           "  --version           print the version\n"
+           "  --help              print this\n";
+}
+
+enum config_action config_parse(int argc, char *const *argv, struct config *config, char *reason,
+                                size_t size)
+{
+    unsigned long workers = cores();
+    *config = (struct config){.host = "127.0.0.1", .port = 8080};
+    char *const *end = argv + argc;
+    for (char *const *argument = argv + 1; argument < end; argument++) {
+        const char *name = *argument, *value;
+        if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0)
+            return CONFIG_HELP;
+        if (strcmp(name, "--version") == 0)
+            return CONFIG_VERSION;
+        if ((value = option_value("--listen", &argument))) {
+            if (!parse_listen(value, config, reason, size))
+                return CONFIG_WRONG;
+        } else if ((value = option_value("--data", &argument))) {
+            config->data = value;
+        } else if ((value = option_value("--workers", &argument))) {
+            if (!parse_count(value, LIMIT_WORKERS_MAX, &workers) || workers == 0) {
+                snprintf(reason, size, "--workers takes a number from 1 to %d, not \"%s\"",
+                         LIMIT_WORKERS_MAX, value);
+                return CONFIG_WRONG;
+            }
+        } else {
+            snprintf(reason, size, "\"%s\" is no option, or lacks its value", name);
+            return CONFIG_WRONG;
+        }
+    }
+    config->workers = workers;
+    if (config->data && config->data[0])
+        return CONFIG_RUN;
+    snprintf(reason, size, "--data DIR is needed: the place for jobs and results");
+    return CONFIG_WRONG;
+}
+
+/* The value of "--name value" or "--name=value", NULL if this is another option or the value is
+ * missing. argv ends with NULL. Moves on to the value. */
+static const char *option_value(const char *name, char *const **argument)
+{
+    size_t length = strlen(name);
+    const char *text = **argument;
+    if (strncmp(text, name, length) != 0)
+        return NULL;
+    if (text[length] == '=')
+        return text + length + 1;
+    if (text[length] != '\0' || !(*argument)[1])
+        return NULL;
+    return *++*argument;
+}
+
+static bool parse_listen(const char *text, struct config *config, char *reason, size_t size)
+{
+    const char *colon = strrchr(text, ':');
+    unsigned long port;
+    if (!colon || !parse_count(colon + 1, UINT16_MAX, &port)) {
+        snprintf(reason, size, "--listen takes HOST:PORT, not \"%s\"", text);
+        return false;
+    }
+    bool bracket = text[0] == '[' && colon > text + 1 && colon[-1] == ']';
+    int length = (int)(colon - text) - 2 * bracket;
+    char host[sizeof(config->host)];
+    struct in6_addr any;
+    if (snprintf(host, sizeof(host), "%.*s", length, text + bracket) >= (int)sizeof(host))
+        host[0] = '\0';
+    if (strcmp(host, "localhost") == 0)
+        snprintf(host, sizeof(host), "127.0.0.1");
+    if (inet_pton(bracket ? AF_INET6 : AF_INET, host, &any) != 1) {
+        snprintf(reason, size, "--listen takes a numeric address like 127.0.0.1 or [::1]: \"%s\"",
+                 text);
+        return false;
+    }
+    if (!http_guard_loopback(host)) {
+        snprintf(reason, size,
+                 "%s can be reached from other machines, and whoever reaches this server may use "
+                 "it: there is no access control yet. Listen on 127.0.0.1 and let ssh or a proxy "
+                 "forward to it",
+                 host);
+        return false;
+    }
+    snprintf(config->host, sizeof(config->host), "%s", host);
+    config->port = (uint16_t)port;
+    return true;
+}
+
+static bool parse_count(const char *text, unsigned long max, unsigned long *value)
+{
+    size_t length = strlen(text);
+    if (length == 0 || length > 9 || strspn(text, "0123456789") != length)
+        return false;
+    *value = strtoul(text, NULL, 10);
+    return *value <= max;
+}
+
+/* Those this process may use. */
+static size_t cores(void)
+{
+    cpu_set_t set;
+    int count = sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : 1;
+    return count > LIMIT_WORKERS_MAX ? LIMIT_WORKERS_MAX : (size_t)count;
+}

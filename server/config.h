@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * config.h - the daemon's command line. */
+#ifndef CONFIG_H
+#define CONFIG_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct config {
+    char host[64];    /* numeric address on loopback */
+    uint16_t port;    /* 0 = pick a free one */
+    const char *data; /* borrowed from argv */
+    size_t workers;
+};
+
+enum config_action { CONFIG_RUN, CONFIG_HELP, CONFIG_VERSION, CONFIG_WRONG };
+
+/* For CONFIG_WRONG, `reason` says what is wrong in words for the operator. */
+enum config_action config_parse(int argc, char *const *argv, struct config *config, char *reason,
+                                size_t size);
+
+const char *config_usage(void);
+
+#endif

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * handle.h - the handlers behind the routes: read the call, ask store and queue, fill the reply.
+ *
+ * THREADS  Handlers run on the threads of http.c, several at once; what they share is store and
+ *          queue, which take care of themselves.
+ */
+#ifndef HANDLE_H
+#define HANDLE_H
+
+#include "http.h"
+#include "queue.h"
+#include "store.h"
+
+enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
+
+/* What the daemon consists of, as far as requests are concerned. Borrowed. */
+struct service {
+    struct store *store;
+    struct queue *queue;
+};
+
+/* A request that met its route; arg[i] is what stood in the place of the pattern's i-th {...}. */
+struct call {
+    const struct request *request;
+    char arg[CALL_ARGS_MAX][CALL_ARG_SIZE];
+};
+
+typedef void handler(const struct service *service, const struct call *call, struct reply *reply);
+
+/* handle_jobs.c */
+handler handle_jobs_submit, handle_jobs_list, handle_jobs_get, handle_jobs_cancel;
+handler handle_jobs_estimate;
+
+/* handle_results.c */
+handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;
+
+/* handle_service.c */
+handler handle_service_index, handle_service_health, handle_service_ready;
+
+#endif

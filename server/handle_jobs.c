@@ -1,0 +1,366 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "handle.h"
+#include "limits.h"
+#include "record_json.h"
+#include "reply.h"
+#include "scene_json.h"
+#include "store_jobs.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <sha2.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+static bool read_scene(const struct request *request, struct bcd_scene **scene,
+                       struct reply *reply);
+static bool media_json(const char *type);
+static bool check_key(const char *key, struct reply *reply);
+static void check_limits(const struct bcd_scene *scene, struct bcd_errors *errors);
+static char *estimate_print(const struct bcd_scene *scene);
+static enum store_status insert(struct store *store, const struct bcd_scene *scene, const char *key,
+                                struct job_record *record, bool *existed);
+static bool hash_scene(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]);
+static double progress_of(const struct service *service, const struct job_record *record);
+static char *print(const struct service *service, const struct job_record *record, int origin);
+static bool read_query(const struct request *request, struct job_query *query,
+                       struct job_filter filters[LIMIT_FILTERS_MAX], struct bcd_errors *errors);
+static bool read_integer(const char *text, int64_t max, int64_t *value);
+static bool filter_known(const char *path);
+static bool row_known(const struct bcd_param *rows, const char *name);
+static void print_list(const struct service *service, struct job_record *records, size_t count,
+                       size_t limit, struct reply *reply);
+
+void handle_jobs_submit(const struct service *service, const struct call *call, struct reply *reply)
+{
+    const char *key = call->request->idempotency_key;
+    struct bcd_scene *scene = NULL;
+    struct bcd_errors errors = {0};
+    struct job_record record = {0};
+    bool existed = false;
+    if (!check_key(key, reply) || !read_scene(call->request, &scene, reply))
+        return;
+    check_limits(scene, &errors);
+    if (errors.count > 0) {
+        char more[512];
+        char *estimate = estimate_print(scene);
+        snprintf(more, sizeof(more), "\"estimate\":%s", estimate ? estimate : "null");
+        reply_faults(reply, PROBLEM_TOO_COSTLY, &errors, more);
+        free(estimate);
+        goto cleanup;
+    }
+    enum store_status status = insert(service->store, scene, key, &record, &existed);
+    if (status == STORE_CONFLICT) {
+        reply_problem(reply, PROBLEM_KEY_REUSED,
+                      "this Idempotency-Key came with another job before");
+    } else if (status != STORE_OK) {
+        reply_store(reply, status, "the job was not taken");
+    } else if (existed) {
+        reply_json_take(reply, print(service, &record, RECORD_DEDUPLICATED));
+    } else {
+        char location[64];
+        snprintf(location, sizeof(location), "/v1/jobs/%s", record.id);
+        queue_take(service->queue, record.id, scene);
+        scene = NULL;
+        reply_accepted_take(reply, location, print(service, &record, RECORD_NEW));
+    }
+cleanup:
+    job_record_fini(&record);
+    bcd_scene_free(scene);
+}
+
+void handle_jobs_list(const struct service *service, const struct call *call, struct reply *reply)
+{
+    struct job_filter filters[LIMIT_FILTERS_MAX];
+    struct job_query query = {.state = -1, .limit = LIMIT_LIST_ROWS_DEFAULT};
+    struct bcd_errors errors = {0};
+    struct job_record *records = NULL;
+    size_t count = 0;
+    if (!read_query(call->request, &query, filters, &errors)) {
+        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
+        return;
+    }
+    size_t limit = query.limit++; /* one more tells whether there is a next page */
+    enum store_status status = store_jobs_list(service->store, &query, &records, &count);
+    if (status == STORE_OK)
+        print_list(service, records, count, limit, reply);
+    else
+        reply_store(reply, status, "list of jobs");
+    for (size_t i = 0; i < count; i++)
+        job_record_fini(&records[i]);
+    free(records);
+}
+
+void handle_jobs_get(const struct service *service, const struct call *call, struct reply *reply)
+{
+    struct job_record record = {0};
+    enum store_status status = store_jobs_get(service->store, call->arg[0], &record);
+    if (status == STORE_OK)
+        reply_json_take(reply, print(service, &record, RECORD_PLAIN));
+    else
+        reply_store(reply, status, "such job");
+    job_record_fini(&record);
+}
+
+void handle_jobs_cancel(const struct service *service, const struct call *call, struct reply *reply)
+{
+    const char *id = call->arg[0];
+    struct job_record record = {0};
+    /* The store first: what it says stands, and the queue only saves the work. */
+    enum store_status cancelled = store_jobs_cancel(service->store, id);
+    if (cancelled == STORE_OK)
+        queue_cancel(service->queue, id);
+    enum store_status status = cancelled;
+    if (cancelled == STORE_OK || cancelled == STORE_CONFLICT)
+        status = store_jobs_get(service->store, id, &record);
+    if (status != STORE_OK)
+        reply_store(reply, status, "such job");
+    else if (record.state == JOB_CANCELLED)
+        reply_json_take(reply, print(service, &record, RECORD_PLAIN));
+    else
+        reply_problem(reply, PROBLEM_STATE, "job %s is %s already", id,
+                      job_state_name(record.state));
+    job_record_fini(&record);
+}
+
+void handle_jobs_estimate(const struct service *service, const struct call *call,
+                          struct reply *reply)
+{
+    (void)service;
+    struct bcd_scene *scene = NULL;
+    if (!read_scene(call->request, &scene, reply))
+        return;
+    reply_json_take(reply, estimate_print(scene));
+    bcd_scene_free(scene);
+}
+
+/* The body as a finished scene; false with the reply filled when it is none. */
+static bool read_scene(const struct request *request, struct bcd_scene **scene, struct reply *reply)
+{
+    struct bcd_errors errors = {0};
+    if (!media_json(request->content_type)) {
+        reply_problem(reply, PROBLEM_MEDIA_TYPE, "Content-Type should be application/json");
+        return false;
+    }
+    enum bcd_status status = scene_json_parse(request->body, request->body_size, scene, &errors);
+    if (status != BCD_OK)
+        reply_bcd(reply, status, &errors);
+    return status == BCD_OK;
+}
+
+/* Also what `curl -d` says when it is not told otherwise. */
+static bool media_json(const char *type)
+{
+    if (!type)
+        return true;
+    size_t length = strcspn(type, "; \t");
+    static const char *const exact[] = {"application/json", "text/json",
+                                        "application/x-www-form-urlencoded"};
+    for (size_t i = 0; i < sizeof(exact) / sizeof(exact[0]); i++)
+        if (strlen(exact[i]) == length && strncasecmp(type, exact[i], length) == 0)
+            return true;
+    return length > 17 && strncasecmp(type, "application/", 12) == 0 &&
+           strncasecmp(type + length - 5, "+json", 5) == 0;
+}
+
+static bool check_key(const char *key, struct reply *reply)
+{
+    if (!key)
+        return true;
+    size_t length = strlen(key);
+    bool sound = length > 0 && length <= LIMIT_IDEMPOTENCY_KEY_BYTES_MAX;
+    for (size_t i = 0; i < length && sound; i++)
+        sound = key[i] > ' ' && key[i] < 0x7F;
+    if (!sound)
+        reply_problem(reply, PROBLEM_BAD_REQUEST,
+                      "an Idempotency-Key has 1 to %d printable ASCII characters and no spaces",
+                      LIMIT_IDEMPOTENCY_KEY_BYTES_MAX);
+    return sound;
+}
+
+static void check_limits(const struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct bcd_estimate estimate;
+    bcd_scene_estimate(scene, &estimate);
+    const struct {
+        const char *what, *limit;
+        double value, max;
+    } rows[] = {
+        {"bytes of memory", "LIMIT_RUN_BYTES_MAX", estimate.run_bytes, LIMIT_RUN_BYTES_MAX},
+        {"bytes of results", "LIMIT_RESULT_BYTES_MAX", estimate.result_bytes,
+         LIMIT_RESULT_BYTES_MAX},
+        {"seconds of one core", "LIMIT_CORE_SECONDS_MAX", estimate.core_seconds,
+         LIMIT_CORE_SECONDS_MAX},
+        {"chunks of realizations", "LIMIT_CHUNKS_MAX", (double)bcd_scene_chunks(scene),
+         LIMIT_CHUNKS_MAX},
+    };
+    for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
+        if (!(rows[i].value <= rows[i].max)) /* NaN is refused too */
+            bcd_errors_add(errors, "", "needs about %.3g %s; %s is %g", rows[i].value, rows[i].what,
+                           rows[i].limit, rows[i].max);
+}
+
+static char *estimate_print(const struct bcd_scene *scene)
+{
+    struct bcd_estimate estimate;
+    bcd_scene_estimate(scene, &estimate);
+    return record_json_estimate(&estimate, bcd_scene_chunks(scene));
+}
+
+static enum store_status insert(struct store *store, const struct bcd_scene *scene, const char *key,
+                                struct job_record *record, bool *existed)
+{
+    struct job_new job = {.chunks = bcd_scene_chunks(scene), .idempotency_key = key};
+    char *text = scene_json_job(scene);
+    char *derived = scene_json_derived(scene);
+    enum store_status status = STORE_BROKEN;
+    job.job = text;
+    job.derived = derived;
+    if (text && derived && hash_scene(scene, job.hash))
+        status = store_jobs_insert(store, &job, record, existed);
+    free(text);
+    free(derived);
+    return status;
+}
+
+/* False when there is no memory. */
+static bool hash_scene(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE])
+{
+    static_assert(SHA256_DIGEST_LENGTH == JOB_HASH_SIZE, "the store keeps SHA-256");
+    size_t size = bcd_scene_encode(scene, NULL, 0);
+    unsigned char *bytes = malloc(size ? size : 1);
+    if (!bytes)
+        return false;
+    bcd_scene_encode(scene, bytes, size);
+    SHA2_CTX context;
+    SHA256Init(&context);
+    SHA256Update(&context, bytes, size);
+    SHA256Final(hash, &context);
+    free(bytes);
+    return true;
+}
+
+/* The queue knows of chunks in motion; what is not there is told from the chunks put away. */
+static double progress_of(const struct service *service, const struct job_record *record)
+{
+    if (record->state == JOB_DONE)
+        return 1;
+    double progress = queue_progress(service->queue, record->id);
+    if (progress >= 0)
+        return progress;
+    return record->chunks > 0 ? (double)record->chunks_done / (double)record->chunks : 0;
+}
+
+static char *print(const struct service *service, const struct job_record *record, int origin)
+{
+    const struct record_view view = {
+        .record = record, .progress = progress_of(service, record), .origin = origin};
+    return record_json_print(&view);
+}
+
+/* Every parameter that cannot be accepted becomes a fault; false if there are any. */
+static bool read_query(const struct request *request, struct job_query *query,
+                       struct job_filter filters[LIMIT_FILTERS_MAX], struct bcd_errors *errors)
+{
+    int64_t limit = LIMIT_LIST_ROWS_DEFAULT;
+    query->filters = filters;
+    for (size_t i = 0; i < request->query_count; i++) {
+        const char *name = request->query[i].name, *value = request->query[i].value;
+        enum job_state state;
+        if (strcmp(name, "state") == 0) {
+            if (!job_state_parse(value, &state))
+                bcd_errors_add(errors, name,
+                               "\"%.40s\" is not queued, running, done, failed or cancelled",
+                               value);
+            else if (query->state >= 0)
+                bcd_errors_add(errors, name, "is given twice");
+            else
+                query->state = (int)state;
+        } else if (strcmp(name, "limit") == 0) {
+            if (!read_integer(value, LIMIT_LIST_ROWS_MAX, &limit))
+                bcd_errors_add(errors, name, "must be a whole number from 1 to %d, not \"%.40s\"",
+                               LIMIT_LIST_ROWS_MAX, value);
+        } else if (strcmp(name, "cursor") == 0) {
+            if (!read_integer(value, INT64_MAX, &query->before_seq))
+                bcd_errors_add(errors, name, "must be the \"next\" of a page before, not \"%.40s\"",
+                               value);
+        } else if (!filter_known(name)) {
+            bcd_errors_add(errors, name, "is no parameter of a job, nor state, limit or cursor");
+        } else if (query->filter_count == LIMIT_FILTERS_MAX) {
+            bcd_errors_add(errors, name, "is one filter too many; %d are possible",
+                           LIMIT_FILTERS_MAX);
+        } else {
+            filters[query->filter_count++] = (struct job_filter){.path = name, .value = value};
+        }
+    }
+    query->limit = (size_t)limit;
+    return errors->count == 0;
+}
+
+/* Digits only, 1..max. */
+static bool read_integer(const char *text, int64_t max, int64_t *value)
+{
+    if (!text[0] || strspn(text, "0123456789") != strlen(text))
+        return false;
+    errno = 0;
+    long long parsed = strtoll(text, NULL, 10);
+    if (errno != 0 || parsed < 1 || parsed > max)
+        return false;
+    *value = parsed;
+    return true;
+}
+
+/* "diameter", "potential.type", "potential.amplitude", "observables.msd.last": a misspelt filter
+ * must not look like a job that is not there. */
+static bool filter_known(const char *path)
+{
+    const char *dot = strchr(path, '.');
+    if (!dot)
+        return row_known(bcd_job_params(), path);
+    for (int s = 0; s < BCD_SLOT_COUNT; s++) {
+        enum bcd_slot slot = (enum bcd_slot)s;
+        const char *key = bcd_slot_key(slot);
+        if (strncmp(path, key, (size_t)(dot - path)) != 0 || key[dot - path] != '\0')
+            continue;
+        const char *rest = dot + 1;
+        if (!bcd_slot_many(slot) && strcmp(rest, "type") == 0)
+            return true;
+        const struct bcd_part *part;
+        for (size_t i = 0; (part = bcd_catalogue(slot, i)); i++) {
+            size_t length = strlen(part->name);
+            const char *name = rest;
+            if (bcd_slot_many(slot))
+                name = strncmp(rest, part->name, length) == 0 && rest[length] == '.'
+                           ? rest + length + 1
+                           : "";
+            if (row_known(part->params, name))
+                return true;
+        }
+    }
+    return false;
+}
+
+static bool row_known(const struct bcd_param *rows, const char *name)
+{
+    for (; rows && rows->name; rows++)
+        if (strcmp(rows->name, name) == 0)
+            return true;
+    return false;
+}
+
+/* Up to limit + 1 records were asked for. */
+static void print_list(const struct service *service, struct job_record *records, size_t count,
+                       size_t limit, struct reply *reply)
+{
+    size_t shown = count > limit ? limit : count;
+    struct record_view *views = calloc(shown + 1, sizeof(*views));
+    for (size_t i = 0; views && i < shown; i++)
+        views[i] = (struct record_view){.record = &records[i],
+                                        .progress = progress_of(service, &records[i])};
+    int64_t next = count > limit ? records[shown - 1].seq : 0;
+    reply_json_take(reply, views ? record_json_print_list(views, shown, next) : NULL);
+    free(views);
+}

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * bcdd, the daemon: store, queue, workers, HTTP, in this order; and back when a signal says so.
+ *
+ * THREADS  All signals that end the daemon are blocked before the first thread starts; only the
+ * main thread takes them, with sigwait, and does nothing else.
+ */
+#include "bcd.h"
+#include "config.h"
+#include "handle.h"
+#include "log.h"
+#include "record_json.h"
+#include "routes.h"
+#include "worker.h"
+
+#include <gsl/gsl_errno.h>
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+
+enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 4096 };
+
+static int serve(const struct config *config);
+static void announce(const struct config *config, uint16_t port);
+static void block_signals(sigset_t *ending);
+static void raise_descriptors(void);
+
+int main(int argc, char **argv)
+{
+    struct config config;
+    char reason[512];
+    switch (config_parse(argc, argv, &config, reason, sizeof(reason))) {
+    case CONFIG_HELP:
+        fputs(config_usage(), stdout);
+        return EXIT_OK;
+    case CONFIG_VERSION:
+        puts("bcdd " BCD_VERSION);
+        return EXIT_OK;
+    case CONFIG_WRONG:
+        fprintf(stderr, "bcdd: %s\n(bcdd --help tells the options)\n", reason);
+        return EXIT_USAGE;
+    case CONFIG_RUN:
+        break;
+    }
+    gsl_set_error_handler_off(); /* its own would abort the process */
+    record_json_seed();
+    raise_descriptors();
+    return serve(&config);
+}
+
+static int serve(const struct config *config)
+{
+    struct service service = {0};
+    struct workers *workers = NULL;
+    struct http *http = NULL;
+    char reason[512] = "the store or the queue cannot be started, the log says why";
+    int result = EXIT_FAILED, number = 0;
+    sigset_t ending;
+    block_signals(&ending);
+    if (store_open(&service.store, config->data, reason, sizeof(reason)) != STORE_OK)
+        goto cleanup;
+    if (queue_create(&service.queue, service.store) != STORE_OK ||
+        queue_recover(service.queue) != STORE_OK)
+        goto cleanup;
+    workers = workers_start(config->workers, service.queue, service.store);
+    if (!workers) {
+        snprintf(reason, sizeof(reason), "%zu worker threads cannot be had", config->workers);
+        goto cleanup;
+    }
+    const struct http_options options = {.host = config->host,
+                                         .port = config->port,
+                                         .handler = routes_dispatch,
+                                         .context = &service};
+    http = http_start(&options, reason, sizeof(reason));
+    if (!http)
+        goto cleanup;
+    announce(config, http_port(http));
+    sigwait(&ending, &number);
+    log_write(LOG_LEVEL_INFO, "stopping", LOG_FIELDS(log_text("signal", sigabbrev_np(number))));
+    result = EXIT_OK;
+cleanup:
+    if (result != EXIT_OK)
+        fprintf(stderr, "bcdd: %s\n", reason);
+    http_stop(http);
+    if (service.queue)
+        queue_stop(service.queue);
+    workers_stop(workers);
+    queue_free(service.queue);
+    store_close(service.store);
+    return result;
+}
+
+/* The first line on stdout: whoever started the daemon reads the port from it. */
+static void announce(const struct config *config, uint16_t port)
+{
+    bool v6 = strchr(config->host, ':') != NULL;
+    printf("listening on http://%s%s%s:%d\n", v6 ? "[" : "", config->host, v6 ? "]" : "", port);
+    fflush(stdout);
+    log_write(LOG_LEVEL_INFO, "listening",
+              LOG_FIELDS(log_text("host", config->host), log_integer("port", port),
+                         log_integer("workers", (int64_t)config->workers),
+                         log_text("version", BCD_VERSION)));
+}
+
+/* SIGPIPE: a client that hangs up, or a reader of our stdout, must not end the daemon. */
+static void block_signals(sigset_t *ending)
+{
+    sigemptyset(ending);
+    sigaddset(ending, SIGTERM);
+    sigaddset(ending, SIGINT);
+    sigaddset(ending, SIGHUP);
+    pthread_sigmask(SIG_BLOCK, ending, NULL);
+    signal(SIGPIPE, SIG_IGN);
+}
+
+/* Two thousand connections need more descriptors than the usual soft limit gives. */
+static void raise_descriptors(void)
+{
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= DESCRIPTORS_WANTED)
+        return;
+    limit.rlim_cur = limit.rlim_max < DESCRIPTORS_WANTED ? limit.rlim_max : DESCRIPTORS_WANTED;
+    setrlimit(RLIMIT_NOFILE, &limit);
+}

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "record_json.h"
+#include "text.h"
+
+#include <inttypes.h>
+#include <jansson.h>
+#include <time.h>
+
+static void add_record(struct text *text, const struct record_view *view);
+static void add_time(struct text *text, const char *name, int64_t ms);
+
+char *record_json_print(const struct record_view *view)
+{
+    struct text text = {0};
+    add_record(&text, view);
+    text_add(&text, "\n");
+    return text_take(&text);
+}
+
+char *record_json_print_list(const struct record_view *views, size_t count, int64_t next)
+{
+    struct text text = {0};
+    text_add(&text, "{\"jobs\":[");
+    for (size_t i = 0; i < count; i++) {
+        if (i > 0)
+            text_add(&text, ",\n");
+        add_record(&text, &views[i]);
+    }
+    if (next > 0)
+        text_add(&text, "],\"next\":\"%" PRId64 "\"}\n", next);
+    else
+        text_add(&text, "],\"next\":null}\n");
+    return text_take(&text);
+}
+
+char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks)
+{
+    const struct {
+        const char *name;
+        double value;
+    } rows[] = {
+        {"memory_bytes", estimate->run_bytes},
+        {"result_bytes", estimate->result_bytes},
+        {"steps", estimate->steps},
+        {"rod_steps", estimate->rod_steps},
+        {"core_seconds", estimate->core_seconds},
+    };
+    struct text text = {0};
+    text_add(&text, "{");
+    for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
+        text_add(&text, "\"%s\":", rows[i].name);
+        text_add_number(&text, rows[i].value);
+        text_add(&text, ",");
+    }
+    text_add(&text, "\"chunks\":%" PRId64 "}", chunks);
+    return text_take(&text);
+}
+
+void record_json_seed(void)
+{
+    json_object_seed(0); /* 0 = from the system's source of randomness */
+}
+
+/* job and derived are compact JSON already, made by scene_json.c when the job was accepted; they go
+ * out as they are, so that every number keeps every digit. */
+static void add_record(struct text *text, const struct record_view *view)
+{
+    const struct job_record *record = view->record;
+    text_add(text, "{\"id\":\"%s\",\"state\":\"%s\",\"progress\":", record->id,
+             job_state_name(record->state));
+    text_add_number(text, view->progress);
+    add_time(text, "submitted_at", record->submitted_ms);
+    add_time(text, "started_at", record->started_ms);
+    add_time(text, "finished_at", record->finished_ms);
+    text_add(text, ",\"job\":%s,\"derived\":%s,\"error\":", record->job, record->derived);
+    if (record->error)
+        text_add_json_string(text, record->error);
+    else
+        text_add(text, "null");
+    if (view->origin != RECORD_PLAIN)
+        text_add(text, ",\"deduplicated\":%s",
+                 view->origin == RECORD_DEDUPLICATED ? "true" : "false");
+    text_add(text, ",\"links\":{\"self\":\"/v1/jobs/%s\",\"results\":\"/v1/jobs/%s/results\"}}",
+             record->id, record->id);
+}
+
+/* ISO 8601, UTC, milliseconds. */
+static void add_time(struct text *text, const char *name, int64_t ms)
+{
+    text_add(text, ",\"%s\":", name);
+    struct tm utc;
+    time_t seconds = (time_t)(ms / 1000);
+    if (ms <= 0 || !gmtime_r(&seconds, &utc)) {
+        text_add(text, "null");
+        return;
+    }
+    text_add(text, "\"%04d-%02d-%02dT%02d:%02d:%02d.%03dZ\"", utc.tm_year + 1900, utc.tm_mon + 1,
+             utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec, (int)(ms % 1000));
+}

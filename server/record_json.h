@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * record_json.h - jobs as users see them, the list of jobs, estimates. Functions return malloc'ed
+ * JSON text, NULL = out of memory.
+ */
+#ifndef RECORD_JSON_H
+#define RECORD_JSON_H
+
+#include "bcd.h"
+#include "store_jobs.h"
+
+/* A record and what only the moment knows. */
+struct record_view {
+    const struct job_record *record;
+    double progress;                                               /* 0..1 */
+    enum { RECORD_PLAIN, RECORD_NEW, RECORD_DEDUPLICATED } origin; /* says so if not plain */
+};
+char *record_json_print(const struct record_view *view);
+
+/* {"jobs":[...],"next":...}; next is the cursor of the page that follows, 0 = there is none. */
+char *record_json_print_list(const struct record_view *views, size_t count, int64_t next);
+
+/* {"memory_bytes":..,"result_bytes":..,...}; of a job that this many chunks are made of. */
+char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks);
+
+/* Seeds the JSON library's hash, before there are threads: keys from outside must not collide at
+ * will. */
+void record_json_seed(void);
+
+#endif

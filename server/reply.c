@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "reply.h"
+#include "text.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DETAIL_SIZE = 512 };
+
+#define TYPE "urn:problem-type:bcdd:"
+
+static const struct {
+    int status;
+    const char *type, *title;
+} problems[PROBLEMS] = {
+    [PROBLEM_BAD_REQUEST] = {400, TYPE "bad-request", "The request cannot be understood"},
+    [PROBLEM_QUERY] = {400, TYPE "bad-query", "The query parameters cannot be accepted"},
+    [PROBLEM_NOT_JSON] = {400, TYPE "not-json", "The body is not JSON"},
+    [PROBLEM_FORBIDDEN] = {403, TYPE "forbidden", "Not from here"},
+    [PROBLEM_NOT_FOUND] = {404, TYPE "not-found", "There is no such thing"},
+    [PROBLEM_METHOD] = {405, TYPE "method-not-allowed", "This path has no such method"},
+    [PROBLEM_STATE] = {409, TYPE "wrong-state", "The job's state does not allow this"},
+    [PROBLEM_TOO_LARGE] = {413, TYPE "too-large", "The body is too large"},
+    [PROBLEM_MEDIA_TYPE] = {415, TYPE "media-type", "The body must be JSON"},
+    [PROBLEM_WRONG_HOST] = {421, TYPE "wrong-host", "This server does not go by that name"},
+    [PROBLEM_INVALID_JOB] = {422, TYPE "invalid-job", "The job has faults"},
+    [PROBLEM_TOO_COSTLY] = {422, TYPE "too-costly", "The job is beyond this server's limits"},
+    [PROBLEM_KEY_REUSED] = {422, TYPE "key-reused", "The idempotency key belongs to another job"},
+    [PROBLEM_INTERNAL] = {500, TYPE "internal", "The server failed"},
+    [PROBLEM_BUSY] = {503, TYPE "busy", "The server cannot take this now"},
+    [PROBLEM_DISK_FULL] = {507, TYPE "disk-full", "The server's disk is full"},
+};
+
+static void fill_take(struct reply *reply, int status, const char *content_type, char *body);
+static struct text begin_problem(enum problem problem, const char *detail);
+static void end_problem(struct reply *reply, enum problem problem, struct text *text);
+
+void reply_fini(struct reply *reply)
+{
+    free(reply->body);
+    *reply = (struct reply){0};
+}
+
+void reply_json_take(struct reply *reply, char *json)
+{
+    fill_take(reply, 200, "application/json", json);
+}
+
+void reply_accepted_take(struct reply *reply, const char *location, char *json)
+{
+    fill_take(reply, 202, "application/json", json);
+    snprintf(reply->location, sizeof(reply->location), "%s", location);
+}
+
+void reply_text_take(struct reply *reply, const char *content_type, char *text)
+{
+    fill_take(reply, 200, content_type, text);
+}
+
+void reply_immutable(struct reply *reply)
+{
+    if (reply->status == 200)
+        reply->cache_control = "private, max-age=86400, immutable";
+}
+
+void reply_problem(struct reply *reply, enum problem problem, const char *format, ...)
+{
+    char detail[DETAIL_SIZE];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(detail, sizeof(detail), format, args);
+    va_end(args);
+    struct text text = begin_problem(problem, detail);
+    end_problem(reply, problem, &text);
+}
+
+void reply_faults(struct reply *reply, enum problem problem, const struct bcd_errors *errors,
+                  const char *more)
+{
+    char detail[DETAIL_SIZE];
+    size_t count = errors->count + errors->dropped;
+    const struct bcd_error *first = &errors->items[0];
+    assert(errors->count > 0);
+    snprintf(detail, sizeof(detail), "%s%s%s", first->field, first->field[0] ? ": " : "",
+             first->text);
+    if (count > 1)
+        snprintf(detail, sizeof(detail), "%zu faults; the first: %s%s%s", count, first->field,
+                 first->field[0] ? ": " : "", first->text);
+    struct text text = begin_problem(problem, detail);
+    text_add(&text, ",\"errors\":[");
+    for (size_t i = 0; i < errors->count; i++) {
+        const struct bcd_error *error = &errors->items[i];
+        text_add(&text, "%s{\"%s\":", i ? "," : "",
+                 problem == PROBLEM_QUERY ? "parameter" : "pointer");
+        text_add_json_string(&text, error->field);
+        text_add(&text, ",\"detail\":");
+        text_add_json_string(&text, error->text);
+        text_add(&text, "}");
+    }
+    text_add(&text, "]");
+    if (more)
+        text_add(&text, ",%s", more);
+    end_problem(reply, problem, &text);
+}
+
+void reply_method(struct reply *reply, const char *method, const char *allow)
+{
+    reply_problem(reply, PROBLEM_METHOD, "%.32s is not possible here; %s is", method, allow);
+    snprintf(reply->allow, sizeof(reply->allow), "%s", allow);
+}
+
+void reply_store(struct reply *reply, enum store_status status, const char *what)
+{
+    switch (status) {
+    case STORE_NOT_FOUND:
+        reply_problem(reply, PROBLEM_NOT_FOUND, "there is no %s", what);
+        break;
+    case STORE_CONFLICT:
+        reply_problem(reply, PROBLEM_STATE, "%s is in another state than this needs", what);
+        break;
+    case STORE_FULL:
+        reply_problem(reply, PROBLEM_DISK_FULL, "nothing was changed: %s", what);
+        break;
+    case STORE_OK:
+    case STORE_BROKEN:
+        reply_problem(reply, PROBLEM_INTERNAL, "the store failed, the log says how: %s", what);
+        break;
+    }
+}
+
+void reply_bcd(struct reply *reply, enum bcd_status status, const struct bcd_errors *errors)
+{
+    if (status == BCD_INVALID && errors && errors->count > 0)
+        reply_faults(reply, PROBLEM_INVALID_JOB, errors, NULL);
+    else if (status == BCD_NO_MEMORY)
+        reply_problem(reply, PROBLEM_BUSY, "out of memory");
+    else
+        reply_problem(reply, PROBLEM_INTERNAL, "the engine failed: %s", bcd_status_text(status));
+}
+
+static void fill_take(struct reply *reply, int status, const char *content_type, char *body)
+{
+    reply_fini(reply);
+    reply->status = body ? status : 503;
+    reply->content_type = content_type;
+    reply->body = body;
+    reply->body_size = body ? strlen(body) : 0;
+    reply->cache_control = "no-store";
+}
+
+static struct text begin_problem(enum problem problem, const char *detail)
+{
+    struct text text = {0};
+    text_add(&text,
+             "{\"type\":\"%s\",\"title\":\"%s\",\"status\":%d,\"detail\":", problems[problem].type,
+             problems[problem].title, problems[problem].status);
+    text_add_json_string(&text, detail);
+    return text;
+}
+
+static void end_problem(struct reply *reply, enum problem problem, struct text *text)
+{
+    text_add(text, "}\n");
+    fill_take(reply, problems[problem].status, "application/problem+json", text_take(text));
+}
