@@ -129,9 +129,9 @@ void log_write(enum log_level level, const char *event, const struct log_field *
     ssize_t written;
 
     clock_gettime(CLOCK_REALTIME, &now);
-    length = log_print(text, sizeof text,
-                       (int64_t)now.tv_sec * LOG_MS_PER_S + now.tv_nsec / 1000000, level, event,
-                       fields);
+    length =
+        log_print(text, sizeof text, (int64_t)now.tv_sec * LOG_MS_PER_S + now.tv_nsec / 1000000,
+                  level, event, fields);
     do
         written = write(STDERR_FILENO, text, length);
     while (written < 0 && errno == EINTR);

@@ -8,8 +8,8 @@
  * printable ASCII is escaped, so that nothing from outside can forge a line or reach a terminal.
  * Never hand in a secret.
  *
- *   log_write(LOG_LEVEL_INFO, "job_started", LOG_FIELDS(log_text("job", id), log_integer("chunks", n)));
- *   log_write(LOG_LEVEL_INFO, "stopping", NULL);
+ *   log_write(LOG_LEVEL_INFO, "job_started", LOG_FIELDS(log_text("job", id), log_integer("chunks",
+ * n))); log_write(LOG_LEVEL_INFO, "stopping", NULL);
  *
  * THREADS  Any thread; one write() per line, so lines never mix.
  */
@@ -50,8 +50,8 @@ static inline struct log_field log_number(const char *key, double number)
 /* fields may be NULL. A line that would grow too long is cut off, never split. errno is kept. */
 void log_write(enum log_level level, const char *event, const struct log_field *fields);
 
-/* The line as log_write would send it, newline included, at `time_ms` since 1970 UTC. Writes at most
- * size - 1 bytes and a NUL (size > 1); returns the length written. */
+/* The line as log_write would send it, newline included, at `time_ms` since 1970 UTC. Writes at
+ * most size - 1 bytes and a NUL (size > 1); returns the length written. */
 size_t log_print(char *line, size_t size, int64_t time_ms, enum log_level level, const char *event,
                  const struct log_field *fields);
 

@@ -48,8 +48,8 @@ struct queued {
     int64_t chunks, chunks_done, first_free;
     unsigned char *chunk_state;
     struct claim *claims;
-    bool pinned;    /* a worker is starting or finishing it */
-    bool ended;     /* forgotten or cancelled: to be freed as soon as nobody holds it */
+    bool pinned; /* a worker is starting or finishing it */
+    bool ended;  /* forgotten or cancelled: to be freed as soon as nobody holds it */
     atomic_bool cancelled;
 };
 
@@ -58,7 +58,7 @@ struct queue {
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     struct queued *first, *last; /* in order of submission */
-    void *index;                /* tsearch tree of the same entries by id */
+    void *index;                 /* tsearch tree of the same entries by id */
     atomic_bool stopping;
 };
 
@@ -212,8 +212,7 @@ static enum store_status recover_scene(struct queue *queue, const struct job_rec
     struct bcd_errors errors = {0};
     unsigned char hash[JOB_HASH_SIZE];
     char reason[512];
-    enum bcd_status status =
-        scene_json_parse(record->job, strlen(record->job), scene, &errors);
+    enum bcd_status status = scene_json_parse(record->job, strlen(record->job), scene, &errors);
 
     if (status == BCD_NO_MEMORY)
         return STORE_BROKEN;
@@ -230,11 +229,13 @@ static enum store_status recover_scene(struct queue *queue, const struct job_rec
         return STORE_BROKEN;
     }
     /* Chunks already finished must not be mixed with others of a different meaning. */
-    if (memcmp(hash, record->hash, sizeof hash) != 0 || bcd_scene_chunks(*scene) != record->chunks) {
+    if (memcmp(hash, record->hash, sizeof hash) != 0 ||
+        bcd_scene_chunks(*scene) != record->chunks) {
         bcd_scene_free(*scene);
         *scene = NULL;
-        fail_job(queue, record, "accepted by a version whose results differ from this one's; "
-                                "submit it again");
+        fail_job(queue, record,
+                 "accepted by a version whose results differ from this one's; "
+                 "submit it again");
     }
     return STORE_OK;
 }
@@ -325,8 +326,7 @@ static int64_t next_chunk(struct queued *entry)
 {
     while (entry->first_free < entry->chunks && entry->chunk_state[entry->first_free] != CHUNK_FREE)
         entry->first_free++;
-    if (entry->first_free == entry->chunks && entry->chunks_done == entry->chunks &&
-        !entry->pinned)
+    if (entry->first_free == entry->chunks && entry->chunks_done == entry->chunks && !entry->pinned)
         return QUEUE_FINISH;
     return entry->first_free;
 }

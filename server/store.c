@@ -2,8 +2,8 @@
  *
  * store.c - opening and closing the database: directory, lock, schema, connections.
  *
- * The database file itself is opened by SQLite alone once a connection exists: an open() and close()
- * of it elsewhere in the process would drop SQLite's locks.
+ * The database file itself is opened by SQLite alone once a connection exists: an open() and
+ * close() of it elsewhere in the process would drop SQLite's locks.
  */
 #include "store_internal.h"
 
@@ -113,12 +113,12 @@ static enum store_status check_file_system(struct opening *opening)
         unsigned long type;
         const char *name;
     } remote[] = {
-        {0x6969, "NFS"},         {0x517b, "SMB"},      {0xff534d42, "CIFS"}, {0xfe534d42, "SMB2"},
-        {0x01021997, "9P"},      {0x5346414f, "AFS"},  {0x6b414653, "AFS"},  {0x73757245, "Coda"},
-        {0x564c, "NCP"},         {0x00c36400, "Ceph"}, {0x0bd00bd0, "Lustre"},
-        {0x47504653, "GPFS"},    {0x19830326, "BeeGFS"}, {0x013111a8, "IBRIX"},
-        {0xaad7aaea, "PanFS"},   {0x20030528, "OrangeFS"}, {0x7461636f, "OCFS2"},
-        {0x01161970, "GFS2"},
+        {0x6969, "NFS"},          {0x517b, "SMB"},        {0xff534d42, "CIFS"},
+        {0xfe534d42, "SMB2"},     {0x01021997, "9P"},     {0x5346414f, "AFS"},
+        {0x6b414653, "AFS"},      {0x73757245, "Coda"},   {0x564c, "NCP"},
+        {0x00c36400, "Ceph"},     {0x0bd00bd0, "Lustre"}, {0x47504653, "GPFS"},
+        {0x19830326, "BeeGFS"},   {0x013111a8, "IBRIX"},  {0xaad7aaea, "PanFS"},
+        {0x20030528, "OrangeFS"}, {0x7461636f, "OCFS2"},  {0x01161970, "GFS2"},
     };
     struct statfs info;
 
@@ -157,8 +157,8 @@ static enum store_status take_lock(struct opening *opening)
 
 /* ---------------------------------------------------------------- connections */
 
-/* Nobody but the owner reads the file, whatever the directory's mode. SQLite gives -wal and -shm the
- * same mode. No connection exists yet. */
+/* Nobody but the owner reads the file, whatever the directory's mode. SQLite gives -wal and -shm
+ * the same mode. No connection exists yet. */
 static enum store_status make_file(struct opening *opening)
 {
     int fd = open(opening->store->path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -218,9 +218,8 @@ static enum store_status open_readers(struct opening *opening)
 
         status = open_connection(opening, SQLITE_OPEN_READONLY, db);
         store->idle_count = ++store->reader_count;
-        if (status == STORE_OK &&
-            (store_exec(*db, "PRAGMA query_only = ON") ||
-             store_exec(*db, "PRAGMA wal_autocheckpoint = 0")))
+        if (status == STORE_OK && (store_exec(*db, "PRAGMA query_only = ON") ||
+                                   store_exec(*db, "PRAGMA wal_autocheckpoint = 0")))
             status = refuse_sqlite(opening, *db, "set up a reader");
     }
     return status;

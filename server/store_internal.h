@@ -22,8 +22,9 @@ enum {
     STORE_WAL_BYTES_KEPT = 64 << 20, /* a longer -wal file is cut back when it is reused */
 };
 
-/* THREADS  `writer`, `begin_*` and everything done with it: under write_mutex. `idle` and `idle_count`: under
- * read_mutex, read_returned is signalled when a reader comes back. The rest never changes. */
+/* THREADS  `writer`, `begin_*` and everything done with it: under write_mutex. `idle` and
+ * `idle_count`: under read_mutex, read_returned is signalled when a reader comes back. The rest
+ * never changes. */
 struct store {
     int lock_fd;
     char *path; /* DIR/bcd.sqlite */
@@ -77,8 +78,8 @@ struct stmt {
     enum store_status status;
 };
 struct stmt stmt_init(sqlite3 *db, const char *sql);
-/* name is ":job" as in the SQL; an unknown name is our own mistake. Text and blobs are borrowed until
- * stmt_fini; NULL text binds NULL, an empty blob stays a blob. */
+/* name is ":job" as in the SQL; an unknown name is our own mistake. Text and blobs are borrowed
+ * until stmt_fini; NULL text binds NULL, an empty blob stays a blob. */
 void stmt_bind_text(struct stmt *stmt, const char *name, const char *value);
 void stmt_bind_integer(struct stmt *stmt, const char *name, int64_t value);
 void stmt_bind_number(struct stmt *stmt, const char *name, double value);

@@ -203,25 +203,30 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
     char id[JOB_ID_SIZE];
     enum store_status status = make_id(id);
     struct stmt row;
+    int changes = 0;
 
     if (status)
         return status;
+    /* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
+     * CHECK with this function.) */
     row = stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived)"
-                        " VALUES (:id, :hash, 'queued', :now, :chunks, :job, :derived)");
+                        " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived"
+                        " WHERE json_valid(:job) AND json_valid(:derived)");
     stmt_bind_text(&row, ":id", id);
     stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
     stmt_bind_integer(&row, ":now", store_now_ms());
     stmt_bind_integer(&row, ":chunks", job->chunks);
     stmt_bind_text(&row, ":job", job->job);
     stmt_bind_text(&row, ":derived", job->derived);
-    status = stmt_run(&row, NULL);
+    status = stmt_run(&row, &changes);
+    if (status == STORE_OK && changes == 0)
+        status = store_fault(db, SQLITE_MISMATCH, "a job that is no JSON");
     return status ? status : find_id(db, id, record);
 }
 
 static enum store_status insert_key(sqlite3 *db, const char *key, int64_t seq)
 {
-    struct stmt row =
-        stmt_init(db, "INSERT INTO idempotency_keys (key, job) VALUES (:key, :job)");
+    struct stmt row = stmt_init(db, "INSERT INTO idempotency_keys (key, job) VALUES (:key, :job)");
 
     stmt_bind_text(&row, ":key", key);
     stmt_bind_integer(&row, ":job", seq);
@@ -450,8 +455,7 @@ static enum store_status drop_work(sqlite3 *db, const char *sql, const char *id)
     return stmt_run(&row, NULL);
 }
 
-enum store_status store_jobs_move(sqlite3 *db, const char *id, enum job_state to,
-                                  const char *error)
+enum store_status store_jobs_move(sqlite3 *db, const char *id, enum job_state to, const char *error)
 {
     struct stmt row = stmt_init(db, transitions[to]);
     int changes = 0;

@@ -2,8 +2,8 @@
  *
  * store_stmt.c - transactions, read-only connections and statements; see store_internal.h.
  *
- * THREADS  The writing connection is reached through store_begin alone, which holds write_mutex until
- * store_end. A reader belongs to whoever took it from the pool.
+ * THREADS  The writing connection is reached through store_begin alone, which holds write_mutex
+ * until store_end. A reader belongs to whoever took it from the pool.
  */
 #include "store_internal.h"
 
@@ -11,35 +11,55 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+enum { STATEMENT_BYTES = 512 }; /* of a statement in the log */
+
 /* -------------------------------------------------------------------- errors */
+
+/* The errno behind an I/O error. A failed COMMIT leaves it only with the file that failed: the
+ * database or its write-ahead log. */
+static int find_errno(sqlite3 *db)
+{
+    int cause = sqlite3_system_errno(db);
+    sqlite3_file *file = NULL;
+
+    if (cause == 0)
+        sqlite3_file_control(db, "main", SQLITE_FCNTL_LAST_ERRNO, &cause);
+    if (cause == 0 &&
+        sqlite3_file_control(db, "main", SQLITE_FCNTL_JOURNAL_POINTER, &file) == SQLITE_OK &&
+        file && file->pMethods)
+        file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &cause);
+    return cause;
+}
 
 /* A full disk comes in several guises: SQLite knows ENOSPC, but quotas and RLIMIT_FSIZE reach it as
  * an I/O error. */
-static bool is_full(sqlite3 *db, int code)
+static bool is_full(int code, int cause)
 {
     int primary = code & 0xff;
-    int cause;
 
     if (primary == SQLITE_FULL)
         return true;
-    if (primary != SQLITE_IOERR && primary != SQLITE_CANTOPEN)
-        return false;
-    cause = sqlite3_system_errno(db);
-    return cause == ENOSPC || cause == EDQUOT || cause == EFBIG;
+    return (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN) &&
+           (cause == ENOSPC || cause == EDQUOT || cause == EFBIG);
 }
 
 enum store_status store_fault(sqlite3 *db, int code, const char *sql)
 {
-    bool full = is_full(db, code);
+    int cause =
+        (code & 0xff) == SQLITE_IOERR || (code & 0xff) == SQLITE_CANTOPEN ? find_errno(db) : 0;
+    bool full = is_full(code, cause);
+    char statement[STATEMENT_BYTES];
 
+    snprintf(statement, sizeof statement, "%s", sql); /* migrations are long */
     log_write(full ? LOG_LEVEL_WARNING : LOG_LEVEL_ERROR, full ? "store_full" : "store_broken",
               LOG_FIELDS(log_integer("code", code), log_text("name", sqlite3_errstr(code)),
-                         log_integer("errno", sqlite3_system_errno(db)),
-                         log_text("message", sqlite3_errmsg(db)), log_text("statement", sql)));
+                         log_integer("errno", cause), log_text("message", sqlite3_errmsg(db)),
+                         log_text("statement", statement)));
     return full ? STORE_FULL : STORE_BROKEN;
 }
 

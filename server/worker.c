@@ -5,7 +5,8 @@
  * A run goes on in slices of about LIMIT_SLICE_MS. Between two slices its progress is published and
  * cancel, stop and checkpoint are looked at; how the slices fall changes no bit of the run.
  *
- * THREADS  Each worker is one thread with its own run and tallies; what is shared is queue and store.
+ * THREADS  Each worker is one thread with its own run and tallies; what is shared is queue and
+ * store.
  */
 #include "worker.h"
 
@@ -22,10 +23,10 @@
 #include <time.h>
 
 enum {
-    SLICE_GROWTH_MAX = 8,      /* a slice is at most this much longer than the one before */
-    BACK_OFF_MS_MIN = 100,     /* between two tries of the store: twice as long each time, */
-    BACK_OFF_MS_MAX = 30000,   /* but never longer than this */
-    BROKEN_TRIES_MAX = 8,      /* a full disk is waited for; anything else gives up in the end */
+    SLICE_GROWTH_MAX = 8,    /* a slice is at most this much longer than the one before */
+    BACK_OFF_MS_MIN = 100,   /* between two tries of the store: twice as long each time, */
+    BACK_OFF_MS_MAX = 30000, /* but never longer than this */
+    BROKEN_TRIES_MAX = 8,    /* a full disk is waited for; anything else gives up in the end */
     MEMORY_TRIES_MAX = 8,
 };
 
@@ -97,7 +98,8 @@ static bool try_again(struct work *work, enum store_status status, int tries)
 
 /* ----------------------------------------------------------------- checkpoints */
 
-/* A checkpoint that cannot be kept costs work after a crash, not the run: logged, and that is it. */
+/* A checkpoint that cannot be kept costs work after a crash, not the run: logged, and that is it.
+ */
 static void save_checkpoint(struct work *work)
 {
     size_t size = bcd_run_checkpoint_size(work->run);
@@ -122,8 +124,7 @@ static enum bcd_status create_run(struct work *work)
 {
     const struct task *task = work->task;
     struct blob checkpoint = {0};
-    enum bcd_status status =
-        bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
+    enum bcd_status status = bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
 
     if (status || store_results_load_checkpoint(work->workers->store, task->id, task->chunk,
                                                 &checkpoint) != STORE_OK)
@@ -146,9 +147,9 @@ static enum bcd_status create_run_patiently(struct work *work)
     enum bcd_status status = create_run(work);
 
     for (int tries = 1; status == BCD_NO_MEMORY && tries < MEMORY_TRIES_MAX; tries++) {
-        log_write(LOG_LEVEL_WARNING, "worker_waits_for_memory",
-                  LOG_FIELDS(log_text("job", work->task->id),
-                             log_integer("chunk", work->task->chunk)));
+        log_write(
+            LOG_LEVEL_WARNING, "worker_waits_for_memory",
+            LOG_FIELDS(log_text("job", work->task->id), log_integer("chunk", work->task->chunk)));
         if (!back_off(work, tries))
             break;
         status = create_run(work);
@@ -331,8 +332,8 @@ static enum bcd_status make_results(const struct bcd_tally *tally, const struct 
     return status;
 }
 
-/* False when the job must be failed: work->error says why. A job that was cancelled at the last moment
- * is no failure, nor is a stop: then the next start finishes it. */
+/* False when the job must be failed: work->error says why. A job that was cancelled at the last
+ * moment is no failure, nor is a stop: then the next start finishes it. */
 static bool put_results(struct work *work, const struct results *results)
 {
     enum store_status status;

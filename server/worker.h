@@ -18,8 +18,8 @@ struct workers;
  * All signals are blocked in them. NULL when the threads cannot be had (the cause is logged). */
 struct workers *workers_start(size_t count, struct queue *queue, struct store *store);
 
-/* Stops the queue for good and waits until every chunk in motion has left a checkpoint behind: a few
- * slices of LIMIT_SLICE_MS. Accepts NULL. */
+/* Stops the queue for good and waits until every chunk in motion has left a checkpoint behind: a
+ * few slices of LIMIT_SLICE_MS. Accepts NULL. */
 void workers_stop(struct workers *workers);
 
 #endif

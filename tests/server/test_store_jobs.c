@@ -1,0 +1,340 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_store_jobs.c - store_jobs.h against what it promises. */
+#include "store_bench.h"
+
+#include "limits.h"
+#include "store_internal.h"
+#include "store_results.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* ------------------------------------------------------------------ submission */
+
+static void a_new_job_is_recorded(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct job_new job = bench_job(7, "{\"particles\":5}");
+    struct job_record record, read;
+    bool existed = true;
+
+    assert_int_equal(store_jobs_insert(store, &job, &record, &existed), STORE_OK);
+    assert_false(existed);
+    assert_int_equal(record.state, JOB_QUEUED);
+    assert_true(record.submitted_ms > 1600000000000);
+    assert_int_equal(record.started_ms, 0);
+    assert_int_equal(record.finished_ms, 0);
+    assert_int_equal(record.chunks, 3);
+    assert_int_equal(record.chunks_done, 0);
+    assert_string_equal(record.job, job.job);
+    assert_string_equal(record.derived, job.derived);
+    assert_null(record.error);
+    assert_memory_equal(record.hash, job.hash, JOB_HASH_SIZE);
+    assert_true(strlen(record.id) >= 12 && record.id[0] == 'j');
+    assert_int_equal(strspn(record.id, "abcdefghijklmnopqrstuvwxyz0123456789-"), strlen(record.id));
+
+    assert_int_equal(store_jobs_get(store, record.id, &read), STORE_OK);
+    assert_int_equal(read.seq, record.seq);
+    assert_string_equal(read.job, job.job);
+    job_record_fini(&read);
+    job_record_fini(&record);
+    assert_int_equal(store_jobs_get(store, "jnone", &read), STORE_NOT_FOUND);
+}
+
+static void the_same_job_stands_once(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct job_new job = bench_job(1, "{\"particles\":5}");
+    struct job_record again;
+    char id[JOB_ID_SIZE], other[JOB_ID_SIZE];
+    bool existed = false;
+
+    bench_insert(store, 1, job.job, id);
+    bench_insert(store, 2, job.job, other);
+    assert_string_not_equal(id, other);
+    assert_int_equal(store_jobs_insert(store, &job, &again, &existed), STORE_OK);
+    assert_true(existed);
+    assert_string_equal(again.id, id);
+    job_record_fini(&again);
+    bench_assert_counts(store, (int64_t[]){2, 0, 0, 0, 0});
+}
+
+static void a_cancelled_or_failed_job_can_be_tried_again(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    char first[JOB_ID_SIZE], second[JOB_ID_SIZE], third[JOB_ID_SIZE];
+
+    bench_insert(store, 1, "{}", first);
+    assert_int_equal(store_jobs_cancel(store, first), STORE_OK);
+    bench_insert(store, 1, "{}", second);
+    assert_int_equal(store_jobs_fail(store, second, "no reason"), STORE_OK);
+    bench_insert(store, 1, "{}", third);
+    bench_assert_counts(store, (int64_t[]){1, 0, 0, 1, 1});
+}
+
+static void an_idempotency_key_answers_with_its_job(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct job_new job = bench_job(1, "{}"), other = bench_job(2, "{}");
+    struct job_record first, again;
+    bool existed;
+
+    job.idempotency_key = other.idempotency_key = "key";
+    assert_int_equal(store_jobs_insert(store, &job, &first, &existed), STORE_OK);
+    assert_false(existed);
+    assert_int_equal(store_jobs_insert(store, &job, &again, &existed), STORE_OK);
+    assert_true(existed);
+    assert_string_equal(again.id, first.id);
+    job_record_fini(&again);
+    assert_int_equal(store_jobs_insert(store, &other, &again, &existed), STORE_CONFLICT);
+    /* Whatever became of the job. */
+    assert_int_equal(store_jobs_cancel(store, first.id), STORE_OK);
+    assert_int_equal(store_jobs_insert(store, &job, &again, &existed), STORE_OK);
+    assert_true(existed);
+    assert_int_equal(again.state, JOB_CANCELLED);
+    assert_string_equal(again.id, first.id);
+    job_record_fini(&again);
+    /* A key given with a job that stood already is remembered, too. */
+    job.idempotency_key = NULL;
+    assert_int_equal(store_jobs_insert(store, &job, &again, &existed), STORE_OK);
+    assert_false(existed);
+    job_record_fini(&again);
+    job.idempotency_key = other.idempotency_key = "second";
+    assert_int_equal(store_jobs_insert(store, &job, &again, &existed), STORE_OK);
+    assert_true(existed);
+    job_record_fini(&again);
+    assert_int_equal(store_jobs_insert(store, &other, &again, &existed), STORE_CONFLICT);
+    bench_assert_counts(store, (int64_t[]){1, 0, 0, 0, 1});
+    job_record_fini(&first);
+}
+
+static void nothing_that_is_no_json_gets_in(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct job_new job = bench_job(1, "{\"particles\":");
+    struct job_record record;
+    bool existed;
+
+    assert_int_equal(store_jobs_insert(store, &job, &record, &existed), STORE_BROKEN);
+    bench_assert_counts(store, (int64_t[]){0, 0, 0, 0, 0});
+}
+
+/* ------------------------------------------------------------------ transitions */
+
+static void states_move_as_the_header_says(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    char a[JOB_ID_SIZE], b[JOB_ID_SIZE];
+    struct job_record record;
+
+    bench_insert(store, 1, "{}", a);
+    bench_insert(store, 2, "{}", b);
+    assert_int_equal(store_jobs_start(store, a), STORE_OK);
+    bench_assert_counts(store, (int64_t[]){1, 1, 0, 0, 0});
+    assert_int_equal(store_jobs_start(store, a), STORE_CONFLICT);
+    assert_int_equal(store_results_finish(store, b, NULL, 0), STORE_CONFLICT);
+    assert_int_equal(store_results_finish(store, a, NULL, 0), STORE_OK);
+    assert_int_equal(store_jobs_get(store, a, &record), STORE_OK);
+    assert_int_equal(record.state, JOB_DONE);
+    assert_true(record.submitted_ms <= record.started_ms);
+    assert_true(record.started_ms > 0 && record.started_ms <= record.finished_ms);
+    job_record_fini(&record);
+    assert_int_equal(store_jobs_start(store, a), STORE_CONFLICT);
+    assert_int_equal(store_jobs_fail(store, a, "late"), STORE_CONFLICT);
+    assert_int_equal(store_jobs_cancel(store, a), STORE_CONFLICT);
+    assert_int_equal(store_results_finish(store, a, NULL, 0), STORE_CONFLICT);
+
+    assert_int_equal(store_jobs_fail(store, b, "out of \"luck\""), STORE_OK);
+    assert_int_equal(store_jobs_get(store, b, &record), STORE_OK);
+    assert_int_equal(record.state, JOB_FAILED);
+    assert_string_equal(record.error, "out of \"luck\"");
+    job_record_fini(&record);
+    assert_int_equal(store_jobs_cancel(store, b), STORE_CONFLICT);
+    assert_int_equal(store_jobs_start(store, b), STORE_CONFLICT);
+    bench_assert_counts(store, (int64_t[]){0, 0, 1, 1, 0});
+
+    assert_int_equal(store_jobs_start(store, "jnone"), STORE_NOT_FOUND);
+    assert_int_equal(store_jobs_fail(store, "jnone", "x"), STORE_NOT_FOUND);
+    assert_int_equal(store_jobs_cancel(store, "jnone"), STORE_NOT_FOUND);
+    assert_int_equal(store_results_finish(store, "jnone", NULL, 0), STORE_NOT_FOUND);
+}
+
+/* Whoever writes SQL by hand is held to the table of transitions, too. */
+static void the_schema_itself_guards_the_states(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    char id[JOB_ID_SIZE];
+
+    bench_insert(store, 1, "{}", id);
+    assert_int_equal(store_exec(store->writer, "UPDATE jobs SET state = 'done', started_ms = 1,"
+                                               " finished_ms = 1"),
+                     STORE_BROKEN);
+    assert_int_equal(store_exec(store->writer, "UPDATE jobs SET state = 'lost'"), STORE_BROKEN);
+    assert_int_equal(store_jobs_cancel(store, id), STORE_OK);
+    assert_int_equal(
+        store_exec(store->writer, "UPDATE jobs SET state = 'queued', finished_ms = NULL"),
+        STORE_BROKEN);
+    assert_int_equal(bench_state(store, id), JOB_CANCELLED);
+}
+
+static void state_names_are_the_contract(void **state)
+{
+    static const char *const names[] = {"queued", "running", "done", "failed", "cancelled"};
+    enum job_state parsed;
+
+    (void)state;
+    for (int i = 0; i < JOB_STATES; i++) {
+        assert_string_equal(job_state_name((enum job_state)i), names[i]);
+        assert_true(job_state_parse(names[i], &parsed));
+        assert_int_equal(parsed, i);
+    }
+    assert_false(job_state_parse("", &parsed));
+    assert_false(job_state_parse("Done", &parsed));
+}
+
+/* ------------------------------------------------------------------------ lists */
+
+static void pages_go_from_new_to_old(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct job_query query = {.state = -1, .limit = 3};
+    struct job_record *records = NULL;
+    size_t count = 0, seen = 0;
+    int64_t before = INT64_MAX;
+    char id[JOB_ID_SIZE];
+
+    assert_int_equal(store_jobs_list(store, &query, &records, &count), STORE_OK);
+    assert_int_equal(count, 0);
+    job_records_free(records, count);
+    for (int i = 0; i < 8; i++)
+        bench_insert(store, i, "{}", id);
+    do {
+        assert_int_equal(store_jobs_list(store, &query, &records, &count), STORE_OK);
+        assert_int_equal(count, seen < 6 ? 3 : seen == 6 ? 2 : 0);
+        for (size_t i = 0; i < count; i++, seen++) {
+            assert_true(records[i].seq < before);
+            before = records[i].seq;
+            assert_int_equal(records[i].hash[0], 7 - (int)seen);
+        }
+        query.before_seq = before;
+        job_records_free(records, count);
+    } while (count);
+    assert_int_equal(seen, 8);
+}
+
+/* How many jobs a list of a state with up to two filters holds. */
+static size_t count_found(struct store *store, int state, const char *const filters[])
+{
+    struct job_filter list[LIMIT_FILTERS_MAX];
+    struct job_query query = {.state = state, .limit = 100, .filters = list};
+    struct job_record *records;
+    size_t count;
+
+    for (; *filters; filters += 2)
+        list[query.filter_count++] = (struct job_filter){filters[0], filters[1]};
+    assert_int_equal(store_jobs_list(store, &query, &records, &count), STORE_OK);
+    job_records_free(records, count);
+    return count;
+}
+#define FOUND(store, state, ...) count_found(store, state, (const char *const[]){__VA_ARGS__, NULL})
+
+static void filters_compare_scalars_of_the_job(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    char id[JOB_ID_SIZE];
+
+    bench_insert(
+        store, 1,
+        "{\"diameter\":0.5,\"seed\":9007199254740993,\"method\":\"bcd\","
+        "\"potential\":{\"type\":\"cosine\",\"amplitude\":6},\"flag\":true,\"list\":[1,2]}",
+        id);
+    bench_insert(store, 2,
+                 "{\"diameter\":0.1,\"seed\":9007199254740992,\"method\":\"lm\","
+                 "\"potential\":{\"type\":\"cosine\",\"amplitude\":6.0}}",
+                 id);
+    assert_int_equal(FOUND(store, -1, "diameter", "0.5"), 1);
+    assert_int_equal(FOUND(store, -1, "diameter", "5e-1"), 1);
+    assert_int_equal(FOUND(store, -1, "diameter", "0.1"), 1);
+    assert_int_equal(FOUND(store, -1, "diameter", "0.10000000000000001"), 1);
+    assert_int_equal(FOUND(store, -1, "diameter", "0.1000000000001"), 0);
+    assert_int_equal(FOUND(store, -1, "diameter", "0.5x"), 0);
+    assert_int_equal(FOUND(store, -1, "diameter", ""), 0);
+    assert_int_equal(FOUND(store, -1, "diameter", "nan"), 0);
+    assert_int_equal(FOUND(store, -1, "diameter", "1e999"), 0);
+    assert_int_equal(FOUND(store, -1, "diameter", "-9223372036854775808"), 0);
+    assert_int_equal(FOUND(store, -1, "seed", "9007199254740993"), 1);
+    assert_int_equal(FOUND(store, -1, "method", "bcd"), 1);
+    assert_int_equal(FOUND(store, -1, "method", "b"), 0);
+    assert_int_equal(FOUND(store, -1, "potential.amplitude", "6"), 2);
+    assert_int_equal(FOUND(store, -1, "potential.amplitude", "6.0"), 2);
+    assert_int_equal(FOUND(store, -1, "potential.type", "cosine", "diameter", "0.5"), 1);
+    assert_int_equal(FOUND(store, JOB_QUEUED, "potential.type", "cosine"), 2);
+    assert_int_equal(FOUND(store, JOB_DONE, "potential.type", "cosine"), 0);
+    assert_int_equal(FOUND(store, -1, "flag", "true"), 1);
+    assert_int_equal(FOUND(store, -1, "potential", "cosine"), 0);
+    assert_int_equal(FOUND(store, -1, "list", "1"), 0);
+    assert_int_equal(FOUND(store, -1, "nothing", "1"), 0);
+}
+
+static void odd_filter_paths_find_nothing(void **state)
+{
+    static const char *const paths[] = {"",        ".",     "a..b",     ".a",   "a.",  "$",
+                                        "list[0]", "a' --", "\"seed\"", "Seed", "a b", "#-1"};
+    struct store *store = ((struct bench *)*state)->store;
+    char id[JOB_ID_SIZE], longest[300];
+
+    bench_insert(store, 1, "{\"seed\":1,\"list\":[1],\"a\":1}", id);
+    for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++)
+        assert_int_equal(FOUND(store, -1, paths[i], "1"), 0);
+    memset(longest, 'a', sizeof longest - 1);
+    longest[sizeof longest - 1] = '\0';
+    assert_int_equal(FOUND(store, -1, longest, "1"), 0);
+    assert_int_equal(FOUND(store, -1, "a", "1", "a", "1", "a", "1", "a", "1", "seed", "1", "a", "1",
+                           "a", "1", "a", "1"),
+                     1);
+}
+
+static void unfinished_jobs_come_in_order_of_submission(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    char id[4][JOB_ID_SIZE];
+    struct job_record *records;
+    size_t count;
+
+    for (int i = 0; i < 4; i++)
+        bench_insert(store, i, "{}", id[i]);
+    assert_int_equal(store_jobs_start(store, id[2]), STORE_OK);
+    assert_int_equal(store_jobs_cancel(store, id[1]), STORE_OK);
+    assert_int_equal(store_jobs_unfinished(store, &records, &count), STORE_OK);
+    assert_int_equal(count, 3);
+    assert_string_equal(records[0].id, id[0]);
+    assert_string_equal(records[1].id, id[2]);
+    assert_int_equal(records[1].state, JOB_RUNNING);
+    assert_string_equal(records[2].id, id[3]);
+    job_records_free(records, count);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        BENCH_TEST(a_new_job_is_recorded),
+        BENCH_TEST(the_same_job_stands_once),
+        BENCH_TEST(a_cancelled_or_failed_job_can_be_tried_again),
+        BENCH_TEST(an_idempotency_key_answers_with_its_job),
+        BENCH_TEST(nothing_that_is_no_json_gets_in),
+        BENCH_TEST(states_move_as_the_header_says),
+        BENCH_TEST(the_schema_itself_guards_the_states),
+        cmocka_unit_test(state_names_are_the_contract),
+        BENCH_TEST(pages_go_from_new_to_old),
+        BENCH_TEST(filters_compare_scalars_of_the_job),
+        BENCH_TEST(odd_filter_paths_find_nothing),
+        BENCH_TEST(unfinished_jobs_come_in_order_of_submission),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
