@@ -160,6 +160,8 @@ static void explain(const char *text, const json_error_t *error, struct bcd_erro
     } else if (scan_json_numbers(text, position, errors) == 0) {
         bcd_errors_add(errors, "", "is not JSON: line %d, column %d: %s", error->line,
                        error->column, error->text);
+        if (errors->count == 1) /* no faulty job, but no JSON at all */
+            errors->items[0].code = BCD_CORRUPT;
     }
 }
 
@@ -316,9 +318,25 @@ static size_t edits(const char *a, const char *b)
     return rows[m % 3][n];
 }
 
-static bool is_near(size_t edited, const char *name)
+/* The names that would have been right, for a fault: all of them, and the one that was meant. */
+struct known {
+    const char *nearest;
+    size_t edits;
+    char list[200];
+    size_t used;
+};
+
+static void know(struct known *known, const char *name, const char *given)
 {
-    return edited <= 1 + strlen(name) / 4;
+    size_t n = given ? edits(given, name) : NAME_MAX_COMPARED;
+    if (n <= 1 + strlen(name) / 4 && (!known->nearest || n < known->edits)) {
+        known->nearest = name;
+        known->edits = n;
+    }
+    if (known->used < sizeof known->list)
+        known->used += (size_t)snprintf(known->list + known->used,
+                                        sizeof known->list - known->used, "%s%s",
+                                        known->used ? ", " : "", name);
 }
 
 /* The index-th key that a group knows: its rows, then "type" or the job's parts. */
@@ -337,56 +355,36 @@ static const char *known_key(const struct bcd_group *group, size_t index)
 static void fault_unknown(const struct bcd_group *group, const char *key,
                           struct bcd_errors *errors)
 {
-    char pointer[SCAN_POINTER_SIZE], words[200] = "";
-    const char *nearest = NULL, *name;
-    size_t fewest = NAME_MAX_COMPARED, used = 0;
-    if (errors->count == BCD_ERRORS_MAX) { /* only counted: spare the search */
-        bcd_errors_add(errors, "", "unknown key");
-        return;
-    }
-    for (size_t i = 0; (name = known_key(group, i)) != NULL; i++) {
-        if (edits(key, name) < fewest) {
-            fewest = edits(key, name);
-            nearest = name;
-        }
-        if (used < sizeof words)
-            used += (size_t)snprintf(words + used, sizeof words - used, "%s%s", i ? ", " : "",
-                                     name);
-    }
+    char pointer[SCAN_POINTER_SIZE];
+    struct known known = {0};
+    const char *name;
+    bool told = errors->count < BCD_ERRORS_MAX; /* else only counted: spare the search */
+    for (size_t i = 0; told && (name = known_key(group, i)) != NULL; i++)
+        know(&known, name, key);
     snprintf(pointer, sizeof pointer, "%s", group->pointer);
     scan_json_append(pointer, key);
-    if (nearest && is_near(fewest, nearest))
-        bcd_errors_add(errors, pointer, "unknown key; did you mean \"%s\"?", nearest);
-    else if (words[0])
-        bcd_errors_add(errors, pointer, "unknown key; known are %s", words);
+    if (known.nearest)
+        bcd_errors_add(errors, pointer, "unknown key; did you mean \"%s\"?", known.nearest);
+    else if (known.used > 0)
+        bcd_errors_add(errors, pointer, "unknown key; known are %s", known.list);
     else
-        bcd_errors_add(errors, pointer, "unknown key; \"%s\" has no parameters", group->type);
+        bcd_errors_add(errors, pointer, "unknown key; there are no parameters here");
 }
 
 /* The slot takes no part of this name, or (NULL) was given none. */
 static void fault_no_part(enum bcd_slot slot, const char *pointer, const char *name,
                           struct bcd_errors *errors)
 {
-    char words[200] = "";
-    const char *nearest = NULL, *known;
-    size_t fewest = NAME_MAX_COMPARED, used = 0;
-    if (errors->count == BCD_ERRORS_MAX)
-        name = NULL; /* only counted: spare the search */
-    for (size_t i = 0; bcd_catalogue(slot, i); i++) {
-        known = bcd_catalogue(slot, i)->name;
-        if (name && edits(name, known) < fewest) {
-            fewest = edits(name, known);
-            nearest = known;
-        }
-        if (used < sizeof words)
-            used += (size_t)snprintf(words + used, sizeof words - used, "%s\"%s\"", i ? ", " : "",
-                                     known);
-    }
-    if (nearest && is_near(fewest, nearest))
-        bcd_errors_add(errors, pointer, "is unknown; did you mean \"%s\"?", nearest);
+    struct known known = {0};
+    bool told = errors->count < BCD_ERRORS_MAX;
+    for (size_t i = 0; told && bcd_catalogue(slot, i); i++)
+        know(&known, bcd_catalogue(slot, i)->name, name);
+    if (known.nearest)
+        bcd_errors_add(errors, pointer, "unknown; did you mean \"%s\"?", known.nearest);
+    else if (name)
+        bcd_errors_add(errors, pointer, "unknown; known are %s", known.list);
     else
-        bcd_errors_add(errors, pointer, name ? "is unknown; known are %s" : "must be one of %s",
-                       words);
+        bcd_errors_add(errors, pointer, "must be one of %s", known.list);
 }
 
 static const char *type_name(const json_t *value)
