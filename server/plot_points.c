@@ -171,7 +171,7 @@ static void measure(struct plot_points *points)
         points->steps = points->steps || !isnan(p->step_low);
         points->theory = points->theory || !isnan(p->theory);
     }
-    if (points->bars) {
+    if (points->bars && points->x.lo <= points->x.hi) {
         points->x.lo = 0.5;
         points->x.hi = (double)points->count + 0.5;
         include(&points->y, points->log_y ? NAN : 0);
