@@ -280,6 +280,12 @@ void bcd_table_save(const struct bcd_table *table, void *bytes);
 enum bcd_status bcd_table_load(struct bcd_table **table, const void *bytes, size_t size,
                                struct bcd_error *error);
 
+/* ---------------------------------------------------------------- baseline */
+
+/* What no method can do without: the noise of n rods and the force of a cosine potential, added to
+ * y[n] for `ticks` steps, nothing resolved. Benchmarks give step costs as ratios to it. */
+void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks);
+
 #pragma GCC visibility pop
 
 #endif

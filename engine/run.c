@@ -144,9 +144,10 @@ static void begin_measurement(struct bcd_run *run)
 static void begin_realization(struct bcd_run *run)
 {
     sim_begin(&run->sim, run->first + run->progress->realization);
-    schedule(run);
     if (run->plan->equilibration_steps == 0)
         begin_measurement(run);
+    else
+        schedule(run);
 }
 
 static void end_block(struct bcd_run *run)
@@ -289,6 +290,6 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
         .steps = steps,
         .rod_steps = rod_steps,
         /* Per step: the rods, and a fixed part for calls and loop starts. */
-        .core_seconds = 1e-9 * (rod_steps * plan->method->step_ns * 1.4 + steps * 300),
+        .core_seconds = 1e-9 * (rod_steps * plan->method->step_ns * 1.4 + steps * 60),
     };
 }

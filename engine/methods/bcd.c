@@ -6,12 +6,14 @@
  * Weak order 1/2 at contacts, 1 in smooth fields: rods behave as if shorter by 1.165 sqrt(D h).
  */
 #include "part.h"
+#include "noise.h"
 #include "kernels/isotonic.h"
 
 #include <math.h>
 #include <string.h>
 
 struct bcd_work {
+    struct noise noise;
     double *z;
     struct isotonic_block *blocks;
 };
@@ -23,8 +25,10 @@ static void bcd_layout(struct sim *sim, struct arena *scratch)
     double *z = arena_take(scratch, n * sizeof *z);
     struct isotonic_block *blocks =
         arena_take(scratch, isotonic_blocks(sim->plan->particles) * sizeof *blocks);
+    struct noise source;
+    noise_layout(&source, sim->plan->particles, scratch);
     if (work)
-        *work = (struct bcd_work){z, blocks};
+        *work = (struct bcd_work){source, z, blocks};
     sim->work = work;
 }
 
@@ -47,7 +51,7 @@ static void bcd_advance(struct sim *sim, int64_t ticks)
             for (int64_t i = 0; i < n; i++)
                 z[i] += drift * plan->force;
         if (noise > 0)
-            normals_add(z, n, noise, &sim->noise, sim->clock->tick);
+            noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, z);
         isotonic_ring(z, n, plan->free_length, work->blocks);
         if (z != y)
             memcpy(y, z, (size_t)n * sizeof *z);

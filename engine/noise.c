@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * noise.c - see noise.h. */
+#include "noise.h"
+
+enum { SMALL = 512, BUFFERED = 2048 /* normals: fits the first-level cache */ };
+
+void noise_layout(struct noise *noise, int64_t n, struct arena *scratch)
+{
+    *noise = (struct noise){.n = n, .realization = -1};
+    if (n > SMALL)
+        return;
+    noise->row_count = BUFFERED / normals_stride(n);
+    noise->rows =
+        arena_take(scratch, (size_t)(noise->row_count * normals_stride(n)) * sizeof(double));
+}
+
+void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
+               double *z)
+{
+    if (!noise->rows) {
+        normals_add(z, noise->n, scale, key, tick);
+        return;
+    }
+    int64_t row = tick - noise->first;
+    if (noise->realization != key->realization || row < 0 || row >= noise->row_count) {
+        normals_rows(noise->rows, noise->n, noise->row_count, key, tick);
+        noise->first = tick;
+        noise->realization = key->realization;
+        row = 0;
+    }
+    const double *normal = noise->rows + row * normals_stride(noise->n);
+    for (int64_t i = 0; i < noise->n; i++)
+        z[i] += scale * normal[i];
+}

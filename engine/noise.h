@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * noise.h - the noise of a run's steps for methods. Normals are functions of the tick
+ * (kernels/normals.h); small rings draw those of many ticks at once and keep them in scratch.
+ */
+#ifndef NOISE_H
+#define NOISE_H
+
+#include "arena.h"
+#include "kernels/normals.h"
+
+struct noise {
+    int64_t n;
+    double *rows;      /* NULL for large rings */
+    int64_t row_count; /* ticks that fit */
+    int64_t first;     /* tick of the first row */
+    int64_t realization; /* whose normals the rows hold; -1 = none yet */
+};
+
+/* Takes its memory; to be called again to hand it out (arena.h). */
+void noise_layout(struct noise *noise, int64_t n, struct arena *scratch);
+
+/* z[i] += scale * normal(tick, i), i = 0 .. n-1. */
+void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
+               double *z);
+
+#endif
