@@ -116,6 +116,8 @@ struct http *http_start(const struct http_options *options, char *reason, size_t
     http->options = *options;
     snprintf(http->host, sizeof(http->host), "%s", options->host);
     http->options.host = http->host;
+    if (http->options.request_age_ms <= 0)
+        http->options.request_age_ms = LIMIT_REQUEST_AGE_MS_MAX;
     http->listen_fd = listen_on(options->host, options->port, &http->port);
     if (http->listen_fd < 0) {
         snprintf(reason, size, "cannot listen on %s port %d: %s", options->host, options->port,
@@ -292,7 +294,7 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
         if (!c)
             return;
         c->fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-        c->deadline_ms = clock_ms() + LIMIT_REQUEST_AGE_MS_MAX;
+        c->deadline_ms = clock_ms() + http->options.request_age_ms;
         pthread_mutex_lock(&http->mutex);
         c->next = http->connections;
         if (c->next)
@@ -321,7 +323,7 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
 static void *on_uri(void *context, const char *uri, struct MHD_Connection *connection)
 {
     struct http *http = context;
-    set_phase(http, connection, PHASE_RECEIVING, LIMIT_REQUEST_AGE_MS_MAX);
+    set_phase(http, connection, PHASE_RECEIVING, http->options.request_age_ms);
     struct exchange *exchange = calloc(1, sizeof(*exchange));
     if (!exchange)
         return NULL;
@@ -371,7 +373,7 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
     (void)code;
     /* Idle time is the library's business. Whoever sends something in that time, and then no
      * complete request line, is caught by this. */
-    set_phase(http, connection, PHASE_WAITING, LIMIT_IDLE_MS_MAX + LIMIT_REQUEST_AGE_MS_MAX);
+    set_phase(http, connection, PHASE_WAITING, LIMIT_IDLE_MS_MAX + http->options.request_age_ms);
     *request_context = NULL;
     if (!exchange)
         return;

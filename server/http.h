@@ -39,8 +39,9 @@ void reply_fini(struct reply *reply);
 typedef void http_handler(void *context, const struct request *request, struct reply *reply);
 
 struct http_options {
-    const char *host; /* numeric address */
-    uint16_t port;    /* 0 = pick a free one */
+    const char *host;       /* numeric address */
+    uint16_t port;          /* 0 = pick a free one */
+    int64_t request_age_ms; /* 0 = LIMIT_REQUEST_AGE_MS_MAX; less is for tests */
     http_handler *handler;
     void *context; /* handed to handler; shared by all threads of the server */
 };

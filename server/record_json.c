@@ -52,7 +52,7 @@ char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks)
         text_add_number(&text, rows[i].value);
         text_add(&text, ",");
     }
-    text_add(&text, "\"chunks\":%" PRId64 "}", chunks);
+    text_add(&text, "\"chunks\":%" PRId64 "}\n", chunks);
     return text_take(&text);
 }
 

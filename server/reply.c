@@ -134,7 +134,9 @@ void reply_store(struct reply *reply, enum store_status status, const char *what
 void reply_bcd(struct reply *reply, enum bcd_status status, const struct bcd_errors *errors)
 {
     if (status == BCD_INVALID && errors && errors->count > 0)
-        reply_faults(reply, PROBLEM_INVALID_JOB, errors, NULL);
+        reply_faults(reply,
+                     errors->items[0].code == BCD_CORRUPT ? PROBLEM_NOT_JSON : PROBLEM_INVALID_JOB,
+                     errors, NULL);
     else if (status == BCD_NO_MEMORY)
         reply_problem(reply, PROBLEM_BUSY, "out of memory");
     else

@@ -10,7 +10,8 @@
 
 /* Reads a job (UTF-8 text of `size` bytes), completes it and hands over a finished scene.
  * Refuses (BCD_INVALID, every fault in errors with its JSON pointer): text that is not one JSON
- * object, duplicate keys, unknown keys, wrong types, numbers that are not finite or would silently become 0. */
+ * object, duplicate keys, unknown keys, wrong types, numbers that are not finite or would silently become 0.
+ * Text that is no JSON at all is one fault whose code is BCD_CORRUPT. */
 enum bcd_status scene_json_parse(const char *text, size_t size, struct bcd_scene **scene,
                                  struct bcd_errors *errors);
 

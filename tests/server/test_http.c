@@ -1,0 +1,487 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * http.c against raw bytes on a socket: what curl would never send. */
+#include "http.h"
+#include "http_guard.h"
+#include "limits.h"
+
+#include <arpa/inet.h>
+#include <poll.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+enum { AGE_MS = 400, ANSWER_SIZE = 1 << 16, WAIT_MS = 5000, MORE_MS = 40 };
+
+struct fixture {
+    struct http *http;
+    atomic_int handled;
+    char path[64], query[256], body[64], type[64];
+    size_t body_size;
+    int handler_ms; /* how long it takes its time */
+};
+
+#define HOST "Host: 127.0.0.1\r\n"
+
+static int64_t now_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static void sleep_ms(int ms)
+{
+    nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L}, NULL);
+}
+
+/* Tests send one request at a time, so what it notes is theirs. */
+static void note(void *context, const struct request *request, struct reply *reply)
+{
+    struct fixture *f = context;
+    snprintf(f->path, sizeof(f->path), "%s", request->path);
+    snprintf(f->body, sizeof(f->body), "%.*s", (int)request->body_size, request->body);
+    snprintf(f->type, sizeof(f->type), "%s", request->content_type ? request->content_type : "-");
+    f->query[0] = '\0';
+    for (size_t i = 0; i < request->query_count; i++) {
+        size_t used = strlen(f->query);
+        snprintf(f->query + used, sizeof(f->query) - used, "[%s|%s]", request->query[i].name,
+                 request->query[i].value);
+    }
+    f->body_size = request->body_size;
+    sleep_ms(f->handler_ms);
+    reply->status = 200;
+    reply->content_type = "text/plain";
+    reply->body = strdup("seen");
+    reply->body_size = 4;
+    atomic_fetch_add(&f->handled, 1);
+}
+
+static struct http *start(struct fixture *f, int64_t age_ms)
+{
+    char reason[256];
+    const struct http_options options = {
+        .host = "127.0.0.1", .request_age_ms = age_ms, .handler = note, .context = f};
+    return http_start(&options, reason, sizeof(reason));
+}
+
+static int setup(void **state)
+{
+    struct fixture *f = calloc(1, sizeof(*f));
+    f->http = start(f, AGE_MS);
+    *state = f;
+    return f->http ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    struct fixture *f = *state;
+    http_stop(f->http);
+    free(f);
+    return 0;
+}
+
+static int dial(const struct fixture *f)
+{
+    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(http_port(f->http))};
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    assert_true(fd >= 0);
+    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof(address)), 0);
+    return fd;
+}
+
+static void say(int fd, const char *bytes, size_t size)
+{
+    while (size > 0) {
+        ssize_t sent = send(fd, bytes, size, MSG_NOSIGNAL);
+        if (sent <= 0)
+            return; /* the server hung up; what it said is looked at by the caller */
+        bytes += sent;
+        size -= (size_t)sent;
+    }
+}
+
+/* Reads until the server hangs up (true) or says nothing for `quiet_ms`, nothing more for less
+ * (false). */
+static bool listen_to(int fd, char *answer, int quiet_ms)
+{
+    size_t size = 0;
+    struct pollfd poller = {.fd = fd, .events = POLLIN};
+    answer[0] = '\0';
+    while (poll(&poller, 1, quiet_ms) == 1) {
+        ssize_t got = recv(fd, answer + size, ANSWER_SIZE - 1 - size, 0);
+        if (got <= 0)
+            return true;
+        size += (size_t)got;
+        answer[size] = '\0';
+        quiet_ms = quiet_ms < MORE_MS ? quiet_ms : MORE_MS;
+    }
+    return false;
+}
+
+/* One request on a connection of its own; the status, 0 if there was none. *closed: the server hung
+ * up without being asked to. */
+static int ask(const struct fixture *f, const char *request, char *answer, bool *closed)
+{
+    int fd = dial(f), status = 0;
+    say(fd, request, strlen(request));
+    *closed = listen_to(fd, answer, WAIT_MS);
+    close(fd);
+    sscanf(answer, "HTTP/1.1 %d", &status);
+    return status;
+}
+
+static void plain_request(void **state)
+{
+    struct fixture *f = *state;
+    char answer[ANSWER_SIZE];
+    bool closed;
+    assert_int_not_equal(http_port(f->http), 0);
+    assert_int_equal(
+        ask(f, "GET /a/b?x=1&y=%41+%c3%a9&z HTTP/1.1\r\n" HOST "\r\n", answer, &closed), 200);
+    assert_false(closed);
+    assert_string_equal(f->path, "/a/b");
+    assert_string_equal(f->query, "[x|1][y|A \xc3\xa9][z|]");
+    assert_non_null(strstr(answer, "\r\n\r\nseen"));
+    assert_non_null(strstr(answer, "X-Content-Type-Options: nosniff\r\n"));
+    assert_non_null(strstr(answer, "Content-Security-Policy: default-src 'none'"));
+    assert_non_null(strstr(answer, "Referrer-Policy: no-referrer\r\n"));
+}
+
+static void head_has_no_body(void **state)
+{
+    char answer[ANSWER_SIZE];
+    bool closed;
+    assert_int_equal(ask(*state, "HEAD / HTTP/1.1\r\n" HOST "\r\n", answer, &closed), 200);
+    assert_non_null(strstr(answer, "Content-Length: 4\r\n"));
+    assert_null(strstr(answer, "seen"));
+}
+
+static void path_is_as_sent(void **state)
+{
+    struct fixture *f = *state;
+    char answer[ANSWER_SIZE];
+    bool closed;
+    assert_int_equal(ask(f, "GET /%2e%2e/..//x%00 HTTP/1.1\r\n" HOST "\r\n", answer, &closed), 200);
+    assert_string_equal(f->path, "/%2e%2e/..//x%00");
+}
+
+static void bad_queries(void **state)
+{
+    static const char *const bad[] = {"x=%", "x=%4", "x=%zz", "x=%00", "x=%ff", "%C3=1"};
+    struct fixture *f = *state;
+    char request[4096], answer[ANSWER_SIZE];
+    bool closed;
+    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+        snprintf(request, sizeof(request), "GET /?%s HTTP/1.1\r\n" HOST "\r\n", bad[i]);
+        assert_int_equal(ask(f, request, answer, &closed), 400);
+    }
+    size_t used = (size_t)snprintf(request, sizeof(request), "GET /?a");
+    for (int i = 1; i < LIMIT_QUERY_MAX; i++)
+        used += (size_t)snprintf(request + used, sizeof(request) - used, "&a");
+    snprintf(request + used, sizeof(request) - used, " HTTP/1.1\r\n" HOST "\r\n");
+    assert_int_equal(ask(f, request, answer, &closed), 200);
+    snprintf(request + used, sizeof(request) - used, "&a HTTP/1.1\r\n" HOST "\r\n");
+    assert_int_equal(ask(f, request, answer, &closed), 400);
+}
+
+static void header_limit(void **state)
+{
+    struct fixture *f = *state;
+    char answer[ANSWER_SIZE];
+    char *request = malloc(2 * LIMIT_HEADER_BYTES_MAX);
+    bool closed;
+    size_t used = (size_t)sprintf(request, "GET / HTTP/1.1\r\n" HOST "X: ");
+    memset(request + used, 'x', LIMIT_HEADER_BYTES_MAX);
+    strcpy(request + used + LIMIT_HEADER_BYTES_MAX, "\r\n\r\n");
+    assert_int_equal(ask(f, request, answer, &closed), 431);
+    free(request);
+    assert_int_equal(f->handled, 0);
+}
+
+/* Each of these lets two servers disagree about where a request ends: refused, and the connection
+ * with it, so that the GET behind it is never answered. */
+static void contradicting_lengths(void **state)
+{
+    static const char *const heads[] = {
+        "Content-Length: 2\r\nContent-Length: 2\r\n",
+        "Content-Length: 2\r\nContent-Length: 40\r\n",
+        "Content-Length: 2\r\nTransfer-Encoding: chunked\r\n",
+        "Transfer-Encoding: chunked\r\nContent-Length: 2\r\n",
+        "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n",
+        "Transfer-Encoding: gzip, chunked\r\n",
+        "Transfer-Encoding: identity\r\n",
+        "Content-Length: -2\r\n",
+        "Content-Length: +2\r\n",
+        "Content-Length: 2 2\r\n",
+        "Content-Length: 0x2\r\n",
+        "Content-Length: 99999999999999999999999\r\n",
+    };
+    struct fixture *f = *state;
+    char request[1024], answer[ANSWER_SIZE];
+    bool closed;
+    for (size_t i = 0; i < sizeof(heads) / sizeof(heads[0]); i++) {
+        snprintf(request, sizeof(request),
+                 "POST / HTTP/1.1\r\n" HOST "%s\r\n{}GET /smuggled HTTP/1.1\r\n" HOST "\r\n",
+                 heads[i]);
+        int status = ask(f, request, answer, &closed);
+        if (!(status == 400 || status == 413) || !closed || strstr(answer, "seen"))
+            fail_msg("%s gave %d, closed %d:\n%s", heads[i], status, closed, answer);
+    }
+    assert_int_equal(f->handled, 0);
+}
+
+static void hosts_and_origins(void **state)
+{
+    static const struct {
+        int status;
+        const char *head;
+    } cases[] = {
+        {200, "Host: localhost:8080\r\n"},
+        {200, "Host: [::1]:9\r\n"},
+        {421, "Host: evil.example\r\n"},
+        {421, "Host: 127.0.0.1.evil.example\r\n"},
+        {400, ""},
+        {400, "Host: localhost\r\nHost: localhost\r\n"},
+        {200, "Host: localhost:1\r\nOrigin: http://localhost:1\r\n"},
+        {403, "Host: localhost:1\r\nOrigin: http://localhost:2\r\n"},
+        {403, "Host: localhost:1\r\nOrigin: https://evil.example\r\n"},
+        {403, "Host: localhost:1\r\nOrigin: null\r\n"},
+    };
+    char request[512], answer[ANSWER_SIZE];
+    bool closed;
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        snprintf(request, sizeof(request), "GET / HTTP/1.1\r\n%s\r\n", cases[i].head);
+        int status = ask(*state, request, answer, &closed);
+        if (status != cases[i].status)
+            fail_msg("%s gave %d", cases[i].head, status);
+    }
+}
+
+static void guard_host(void **state)
+{
+    (void)state;
+    static const char *const good[] = {"localhost", "LOCALHOST:1", "127.0.0.1", "127.0.0.1:65535",
+                                       "127.8.8.8", "[::1]",       "[::1]:80",  "localhost:"};
+    static const char *const bad[] = {"",
+                                      "localhost.",
+                                      "localhost:80x",
+                                      "[::1",
+                                      "::1",
+                                      "[127.0.0.1]",
+                                      "0.0.0.0",
+                                      "[::2]",
+                                      "127.0.0.1@evil",
+                                      "10.0.0.1",
+                                      "localhost/",
+                                      "[localhost]",
+                                      "127.0.0.1:80:80",
+                                      "127.1"};
+    for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
+        assert_true(http_guard_host(good[i], "127.0.0.1"));
+    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
+        if (http_guard_host(bad[i], "127.0.0.1"))
+            fail_msg("%s passes", bad[i]);
+    assert_true(http_guard_host("any.example", "192.0.2.1"));
+    assert_true(http_guard_loopback("127.255.0.1") && http_guard_loopback("::1"));
+    assert_false(http_guard_loopback("128.0.0.1") || http_guard_loopback("::") ||
+                 http_guard_loopback("localhost"));
+}
+
+/* A POST with a body of `size` bytes, as one piece or in chunks. */
+static int post(const struct fixture *f, size_t size, bool chunked, char *answer)
+{
+    char head[256];
+    int fd = dial(f), status = 0;
+    char *body = malloc(size + 1);
+    memset(body, ' ', size);
+    snprintf(head, sizeof(head), "POST / HTTP/1.1\r\n" HOST "%s %zu\r\n\r\n",
+             chunked ? "Transfer-Encoding: chunked\r\nX-Size:" : "Content-Length:", size);
+    say(fd, head, strlen(head));
+    for (size_t at = 0; at < size;) {
+        size_t piece = size - at < 65536 ? size - at : 65536;
+        snprintf(head, sizeof(head), "%zx\r\n", piece);
+        if (chunked)
+            say(fd, head, strlen(head));
+        say(fd, body + at, piece);
+        if (chunked)
+            say(fd, "\r\n", 2);
+        at += piece;
+    }
+    if (chunked)
+        say(fd, "0\r\n\r\n", 5);
+    listen_to(fd, answer, WAIT_MS);
+    close(fd);
+    free(body);
+    sscanf(answer, "HTTP/1.1 %d", &status);
+    return status;
+}
+
+static void body_limit(void **state)
+{
+    struct fixture *f = *state;
+    char answer[ANSWER_SIZE];
+    bool closed;
+    assert_int_equal(post(f, LIMIT_BODY_BYTES_MAX, false, answer), 200);
+    assert_int_equal(f->body_size, LIMIT_BODY_BYTES_MAX);
+    assert_int_equal(post(f, LIMIT_BODY_BYTES_MAX, true, answer), 200);
+    assert_int_equal(f->body_size, LIMIT_BODY_BYTES_MAX);
+    assert_int_equal(post(f, LIMIT_BODY_BYTES_MAX + 1, true, answer), 413);
+    /* Told before the first byte of the body. */
+    snprintf(answer, sizeof(answer), "POST / HTTP/1.1\r\n" HOST "Content-Length: %d\r\n\r\n",
+             LIMIT_BODY_BYTES_MAX + 1);
+    char *request = strdup(answer);
+    assert_int_equal(ask(f, request, answer, &closed), 413);
+    free(request);
+    assert_true(closed);
+    assert_int_equal(f->handled, 2);
+}
+
+/* All bodies together: whoever would exceed the budget is told to come again; when the others are
+ * gone there is room again. */
+static void bodies_limit(void **state)
+{
+    enum { CLIENTS = LIMIT_BODIES_BYTES_MAX / LIMIT_BODY_BYTES_MAX + 8, SENT = 1000000 };
+    struct fixture *f = *state;
+    char answer[ANSWER_SIZE], *body = calloc(1, SENT);
+    int fds[CLIENTS], busy = 0;
+    http_stop(f->http);
+    f->http = start(f, 0); /* the usual age: this takes a while */
+    for (int i = 0; i < CLIENTS; i++) {
+        static const char head[] = "POST / HTTP/1.1\r\n" HOST "Content-Length: 1000001\r\n\r\n";
+        fds[i] = dial(f);
+        say(fds[i], head, sizeof(head) - 1);
+        say(fds[i], body, SENT);
+    }
+    free(body);
+    for (int i = 0; i < CLIENTS; i++)
+        say(fds[i], "x", 1);
+    for (int i = 0; i < CLIENTS; i++) {
+        listen_to(fds[i], answer, WAIT_MS);
+        busy += strncmp(answer, "HTTP/1.1 503", 12) == 0;
+        close(fds[i]);
+    }
+    assert_true(busy > 0);
+    assert_true(busy < CLIENTS);
+    assert_int_equal(post(f, LIMIT_BODY_BYTES_MAX, false, answer), 200);
+}
+
+/* One byte at a time is activity, but no request. */
+static void trickle(const struct fixture *f, const char *head, const char *expected)
+{
+    char answer[ANSWER_SIZE];
+    int64_t start = now_ms();
+    int fd = dial(f);
+    bool closed = false;
+    say(fd, head, strlen(head));
+    while (!closed && now_ms() - start < WAIT_MS) {
+        say(fd, "x", 1);
+        closed = listen_to(fd, answer, 50) || answer[0];
+    }
+    close(fd);
+    assert_true(closed);
+    assert_in_range(now_ms() - start, AGE_MS - 50, AGE_MS + 1500);
+    if (strncmp(answer, expected, strlen(expected)) != 0)
+        fail_msg("not %s: %s", expected, answer);
+}
+
+static void slow_requests_end(void **state)
+{
+    trickle(*state, "", "");
+    trickle(*state, "GET / HTTP/1.1\r\n" HOST "X-Slow: ", "");
+    trickle(*state, "POST / HTTP/1.1\r\n" HOST "Content-Length: 1000\r\n\r\n", "HTTP/1.1 408");
+    assert_int_equal(((struct fixture *)*state)->handled, 0);
+}
+
+/* A slow request does not stand in the way of others, and a connection kept alive is not reaped. */
+static void keep_alive_outlives_the_age(void **state)
+{
+    struct fixture *f = *state;
+    char answer[ANSWER_SIZE];
+    static const char get[] = "GET / HTTP/1.1\r\n" HOST "\r\n";
+    int fd = dial(f);
+    for (int i = 0; i < 3; i++) {
+        say(fd, get, sizeof(get) - 1);
+        assert_false(listen_to(fd, answer, WAIT_MS));
+        assert_non_null(strstr(answer, "seen"));
+        sleep_ms(AGE_MS / 2);
+    }
+    close(fd);
+}
+
+struct late {
+    struct fixture *f;
+    char answer[ANSWER_SIZE];
+    bool closed;
+};
+
+static void *ask_late(void *context)
+{
+    struct late *late = context;
+    ask(late->f, "GET / HTTP/1.1\r\n" HOST "\r\n", late->answer, &late->closed);
+    return NULL;
+}
+
+static void stop_lets_requests_end(void **state)
+{
+    struct fixture *f = *state;
+    static struct late late;
+    late.f = f;
+    f->handler_ms = 150;
+    pthread_t thread;
+    int idle = dial(f);
+    assert_int_equal(pthread_create(&thread, NULL, ask_late, &late), 0);
+    sleep_ms(50);
+    int64_t start = now_ms();
+    http_stop(f->http);
+    int64_t took = now_ms() - start;
+    pthread_join(thread, NULL);
+    assert_non_null(strstr(late.answer, "seen"));
+    assert_non_null(strstr(late.answer, "Connection: close"));
+    assert_true(late.closed);
+    assert_true(took < 2000); /* neither the idle connection nor the drain's limit was waited for */
+    close(idle);
+    f->http = NULL;
+}
+
+static void taken_port_is_told(void **state)
+{
+    struct fixture *f = *state;
+    char reason[256] = "";
+    const struct http_options options = {
+        .host = "127.0.0.1", .port = http_port(f->http), .handler = note, .context = f};
+    assert_null(http_start(&options, reason, sizeof(reason)));
+    assert_non_null(strstr(reason, "Address already in use"));
+}
+
+#define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(plain_request),
+        TEST(head_has_no_body),
+        TEST(path_is_as_sent),
+        TEST(bad_queries),
+        TEST(header_limit),
+        TEST(contradicting_lengths),
+        TEST(hosts_and_origins),
+        cmocka_unit_test(guard_host),
+        TEST(body_limit),
+        TEST(bodies_limit),
+        TEST(slow_requests_end),
+        TEST(keep_alive_outlives_the_age),
+        TEST(stop_lets_requests_end),
+        TEST(taken_port_is_told),
+    };
+    return cmocka_run_group_tests_name("http", tests, NULL, NULL);
+}

@@ -1,0 +1,433 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * routes.c and the handlers behind it without a socket, on a store and a queue without workers:
+ * jobs are accepted and stay queued. What needs finished jobs is tested in tests/api with the
+ * daemon. */
+#include "limits.h"
+#include "reply.h"
+#include "routes.h"
+#include "store_jobs.h"
+#include "temp_dir.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+struct fixture {
+    char dir[TEMP_DIR_SIZE];
+    struct service service;
+    struct reply reply; /* of the latest request */
+};
+
+#define JOB(more)                                                                                  \
+    "{\"particles\":5,\"length\":10,\"diameter\":0.5,\"time\":1,\"time_step\":0.01,"               \
+    "\"observables\":{\"energy\":{}}" more "}"
+
+static int setup(void **state)
+{
+    struct fixture *f = calloc(1, sizeof(*f));
+    char reason[256];
+    temp_dir_make(f->dir);
+    *state = f;
+    if (store_open(&f->service.store, f->dir, reason, sizeof(reason)) != STORE_OK)
+        return -1;
+    return queue_create(&f->service.queue, f->service.store) == STORE_OK ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    struct fixture *f = *state;
+    reply_fini(&f->reply);
+    queue_stop(f->service.queue);
+    queue_free(f->service.queue);
+    store_close(f->service.store);
+    temp_dir_remove(f->dir);
+    free(f);
+    return 0;
+}
+
+static int send_request(struct fixture *f, const struct request *request)
+{
+    reply_fini(&f->reply);
+    routes_dispatch(&f->service, request, &f->reply);
+    assert_int_equal(f->reply.body_size, strlen(f->reply.body));
+    return f->reply.status;
+}
+
+static int ask(struct fixture *f, const char *method, const char *path, const char *body)
+{
+    const struct request request = {.method = method,
+                                    .path = path,
+                                    .body = body ? body : "",
+                                    .body_size = body ? strlen(body) : 0};
+    return send_request(f, &request);
+}
+
+static int ask_list(struct fixture *f, const char *name, const char *value)
+{
+    const struct request_query query = {name, value};
+    const struct request request = {
+        .method = "GET", .path = "/v1/jobs", .body = "", .query = &query, .query_count = 1};
+    return send_request(f, &request);
+}
+
+static void assert_says(const struct fixture *f, const char *part)
+{
+    if (!strstr(f->reply.body, part))
+        fail_msg("no %s in %s", part, f->reply.body);
+}
+
+/* The id in the latest reply's record. */
+static void take_id(const struct fixture *f, char id[JOB_ID_SIZE])
+{
+    char format[32];
+    snprintf(format, sizeof(format), "{\"id\":\"%%%d[a-z0-9-]", JOB_ID_SIZE - 1);
+    assert_int_equal(sscanf(f->reply.body, format, id), 1);
+}
+
+static void every_route_is_documented_once(void **state)
+{
+    (void)state;
+    const struct route *route, *other;
+    for (size_t i = 0; (route = routes_at(i)); i++) {
+        assert_true(route->doc[0] && route->handle && route->pattern[0] == '/');
+        for (size_t k = 0; k < i && (other = routes_at(k)); k++)
+            assert_false(strcmp(route->method, other->method) == 0 &&
+                         strcmp(route->pattern, other->pattern) == 0);
+    }
+}
+
+static void unknown_paths(void **state)
+{
+    static const char *const paths[] = {
+        "",
+        "//",
+        "/v1",
+        "/v1/jobs/",
+        "/v1/jobs//",
+        "/v1/jobs/..",
+        "/v2/jobs",
+        "/v1/jobs/a%2e",
+        "/v1/jobs/ABC",
+        "*",
+        "/healthz/",
+        "/v1/jobs/../../etc/passwd",
+        "/v1/jobs/a/results/",
+        "/v1/jobs/a/results/msd.png",
+        "/v1/jobs/a/results/.csv",
+        "/v1/jobs/a/results/m.svg.csv",
+        "/v1/jobs/a_b",
+        "http://localhost/healthz",
+        "/v1/jobs/0123456789012345678901234567890123456789012345678901234567890123"};
+    struct fixture *f = *state;
+    for (size_t i = 0; i < sizeof(paths) / sizeof(paths[0]); i++) {
+        assert_int_equal(ask(f, "GET", paths[i], NULL), 404);
+        assert_string_equal(f->reply.content_type, "application/problem+json");
+        assert_says(f, "\"status\":404");
+    }
+}
+
+static void wrong_methods(void **state)
+{
+    struct fixture *f = *state;
+    assert_int_equal(ask(f, "DELETE", "/v1/jobs", NULL), 405);
+    assert_string_equal(f->reply.allow, "POST, GET, HEAD");
+    assert_int_equal(ask(f, "PATCH", "/v1/jobs/abc", NULL), 405);
+    assert_string_equal(f->reply.allow, "GET, HEAD, DELETE");
+    assert_int_equal(ask(f, "GET", "/v1/estimate", NULL), 405);
+    assert_string_equal(f->reply.allow, "POST");
+    assert_int_equal(ask(f, "get", "/healthz", NULL), 405);
+    assert_int_equal(ask(f, "", "/healthz", NULL), 405);
+}
+
+static void head_is_get(void **state)
+{
+    struct fixture *f = *state;
+    assert_int_equal(ask(f, "HEAD", "/healthz", NULL), 200);
+    assert_int_equal(ask(f, "HEAD", "/v1/jobs/nothing", NULL), 404);
+}
+
+static void queries_where_none_belong(void **state)
+{
+    struct fixture *f = *state;
+    const struct request_query query[] = {{"debug", "1"}, {"x\"", ""}};
+    const struct request request = {
+        .method = "GET", .path = "/healthz", .body = "", .query = query, .query_count = 2};
+    assert_int_equal(send_request(f, &request), 400);
+    assert_says(f, "{\"parameter\":\"debug\",\"detail\":");
+    assert_says(f, "{\"parameter\":\"x\\\"\",");
+}
+
+static void service_pages(void **state)
+{
+    struct fixture *f = *state;
+    assert_int_equal(ask(f, "GET", "/healthz", NULL), 200);
+    assert_string_equal(f->reply.body, "{\"status\":\"ok\"}\n");
+    assert_int_equal(ask(f, "GET", "/", NULL), 200);
+    assert_says(f, "{\"method\":\"POST\",\"path\":\"/v1/jobs\",");
+    assert_int_equal(ask(f, "GET", "/readyz", NULL), 200);
+    queue_stop(f->service.queue);
+    assert_int_equal(ask(f, "GET", "/readyz", NULL), 503);
+    assert_int_equal(ask(f, "GET", "/healthz", NULL), 200);
+}
+
+static void submit_and_look(void **state)
+{
+    struct fixture *f = *state;
+    char id[JOB_ID_SIZE], other[JOB_ID_SIZE], path[128];
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB("")), 202);
+    take_id(f, id);
+    snprintf(path, sizeof(path), "/v1/jobs/%s", id);
+    assert_string_equal(f->reply.location, path);
+    assert_says(f, "\"state\":\"queued\",\"progress\":0,");
+    assert_says(f, "\"started_at\":null,\"finished_at\":null,");
+    assert_says(f, "\"deduplicated\":false");
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"mobility\":1.0")), 200); /* the default */
+    take_id(f, other);
+    assert_string_equal(id, other);
+    assert_says(f, "\"deduplicated\":true");
+    assert_string_equal(f->reply.location, "");
+    assert_int_equal(ask(f, "GET", path, NULL), 200);
+    assert_null(strstr(f->reply.body, "deduplicated"));
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"seed\":2")), 202);
+    take_id(f, other);
+    assert_string_not_equal(id, other);
+}
+
+static void cancel(void **state)
+{
+    struct fixture *f = *state;
+    char id[JOB_ID_SIZE], path[128];
+    assert_int_equal(ask(f, "DELETE", "/v1/jobs/nothing", NULL), 404);
+    ask(f, "POST", "/v1/jobs", JOB(""));
+    take_id(f, id);
+    snprintf(path, sizeof(path), "/v1/jobs/%s", id);
+    assert_int_equal(ask(f, "DELETE", path, NULL), 200);
+    assert_says(f, "\"state\":\"cancelled\"");
+    assert_int_equal(ask(f, "DELETE", path, NULL), 200);
+    snprintf(path, sizeof(path), "/v1/jobs/%s/results", id);
+    assert_int_equal(ask(f, "GET", path, NULL), 409);
+    assert_says(f, "cancelled");
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB("")), 202); /* may be tried again */
+    take_id(f, id);
+    assert_int_equal(store_jobs_fail(f->service.store, id, "it \"broke\""), STORE_OK);
+    snprintf(path, sizeof(path), "/v1/jobs/%s", id);
+    assert_int_equal(ask(f, "GET", path, NULL), 200);
+    assert_says(f, "\"state\":\"failed\"");
+    assert_says(f, "\"error\":\"it \\\"broke\\\"\"");
+    assert_int_equal(ask(f, "DELETE", path, NULL), 409);
+    snprintf(path, sizeof(path), "/v1/jobs/%s/results/energy", id);
+    assert_int_equal(ask(f, "GET", path, NULL), 409);
+    assert_says(f, "it \\\"broke\\\"");
+}
+
+static int submit_with(struct fixture *f, const char *key, const char *type, const char *body)
+{
+    const struct request request = {.method = "POST",
+                                    .path = "/v1/jobs",
+                                    .idempotency_key = key,
+                                    .content_type = type,
+                                    .body = body,
+                                    .body_size = strlen(body)};
+    return send_request(f, &request);
+}
+
+static void idempotency_keys(void **state)
+{
+    struct fixture *f = *state;
+    char key[LIMIT_IDEMPOTENCY_KEY_BYTES_MAX + 2] = "";
+    assert_int_equal(submit_with(f, "k1", NULL, JOB("")), 202);
+    assert_int_equal(submit_with(f, "k1", NULL, JOB("")), 200);
+    assert_int_equal(submit_with(f, "k1", NULL, JOB(",\"seed\":2")), 422);
+    assert_says(f, "key-reused");
+    assert_int_equal(submit_with(f, "", NULL, JOB("")), 400);
+    assert_int_equal(submit_with(f, "a b", NULL, JOB("")), 400);
+    assert_int_equal(submit_with(f, "\xc3\xa4", NULL, JOB("")), 400);
+    memset(key, 'k', sizeof(key) - 1);
+    assert_int_equal(submit_with(f, key, NULL, JOB("")), 400);
+    key[LIMIT_IDEMPOTENCY_KEY_BYTES_MAX] = '\0';
+    assert_int_equal(submit_with(f, key, NULL, JOB("")), 200);
+}
+
+static void media_types(void **state)
+{
+    static const char *const good[] = {"application/json", "Application/JSON; charset=utf-8",
+                                       "application/x-www-form-urlencoded", "application/x+json"};
+    static const char *const bad[] = {"text/plain",
+                                      "application/xml",
+                                      "",
+                                      "application/jsonp",
+                                      "multipart/form-data; boundary=x",
+                                      "application/+json"};
+    struct fixture *f = *state;
+    for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
+        assert_in_range(submit_with(f, NULL, good[i], JOB("")), 200, 202);
+    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
+        if (submit_with(f, NULL, bad[i], JOB("")) != 415)
+            fail_msg("\"%s\" gave %d", bad[i], f->reply.status);
+}
+
+static void faulty_jobs(void **state)
+{
+    struct fixture *f = *state;
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"bogus\":1,\"kT\":2,\"mobility\":\"a\"")),
+                     422);
+    assert_says(f, "{\"pointer\":\"/bogus\",");
+    assert_says(f, "{\"pointer\":\"/kT\",");
+    assert_says(f, "{\"pointer\":\"/mobility\",");
+    assert_int_equal(ask(f, "POST", "/v1/jobs", ""), 400);
+    assert_int_equal(ask(f, "POST", "/v1/jobs", "hello"), 400);
+    assert_int_equal(ask(f, "POST", "/v1/jobs", "{\"particles\":5,}"), 400);
+    assert_int_equal(ask(f, "POST", "/v1/jobs", "[]"), 422);
+    assert_int_equal(ask(f, "POST", "/v1/estimate", "hello"), 400);
+    assert_int_equal(ask(f, "POST", "/v1/estimate", "{}"), 422);
+    assert_int_equal(ask(f, "GET", "/v1/jobs", NULL), 200);
+    assert_string_equal(f->reply.body, "{\"jobs\":[],\"next\":null}\n");
+}
+
+/* Sound, but for a computer that nobody has; each names the limit it is above. */
+static void costly_jobs(void **state)
+{
+    static const struct {
+        const char *job, *limit;
+    } cases[] = {
+        {"{\"particles\":1000,\"length\":2000,\"time\":1e9,\"time_step\":1e-6,"
+         "\"observables\":{\"energy\":{}}}",
+         "LIMIT_CORE_SECONDS_MAX"},
+        {"{\"particles\":1000000000,\"length\":2e9,\"time\":1,\"time_step\":0.1,"
+         "\"observables\":{\"energy\":{}}}",
+         "LIMIT_RUN_BYTES_MAX"},
+    };
+    struct fixture *f = *state;
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        assert_int_equal(ask(f, "POST", "/v1/jobs", cases[i].job), 422);
+        assert_says(f, cases[i].limit);
+        assert_says(f, "\"estimate\":{\"memory_bytes\":");
+        assert_says(f, "{\"pointer\":\"\",");
+        assert_int_equal(ask(f, "POST", "/v1/estimate", cases[i].job), 200);
+        assert_says(f, "\"core_seconds\":");
+    }
+}
+
+static void lists(void **state)
+{
+    struct fixture *f = *state;
+    char job[512];
+    for (int i = 1; i <= 3; i++) {
+        snprintf(job, sizeof(job), JOB(",\"seed\":%d"), i);
+        assert_int_equal(ask(f, "POST", "/v1/jobs", job), 202);
+    }
+    assert_int_equal(ask_list(f, "limit", "2"), 200);
+    const char *newest = strstr(f->reply.body, "\"seed\":3");
+    assert_non_null(newest);
+    assert_non_null(strstr(newest, "\"seed\":2"));
+    assert_null(strstr(f->reply.body, "\"seed\":1"));
+    char cursor[32];
+    assert_int_equal(sscanf(strstr(f->reply.body, "\"next\":"), "\"next\":\"%31[^\"]\"", cursor),
+                     1);
+    assert_int_equal(ask_list(f, "cursor", cursor), 200);
+    assert_says(f, "\"seed\":1");
+    assert_null(strstr(f->reply.body, "\"seed\":2"));
+    assert_says(f, "\"next\":null");
+    assert_int_equal(ask_list(f, "limit", "3"), 200); /* exactly all: there is no next page */
+    assert_says(f, "\"next\":null");
+    assert_int_equal(ask_list(f, "seed", "2"), 200);
+    assert_says(f, "\"seed\":2");
+    assert_null(strstr(f->reply.body, "\"seed\":3"));
+    assert_int_equal(ask_list(f, "state", "done"), 200);
+    assert_string_equal(f->reply.body, "{\"jobs\":[],\"next\":null}\n");
+}
+
+static void bad_lists(void **state)
+{
+    static const char *const bad[][2] = {{"limit", "0"},
+                                         {"limit", "1001"},
+                                         {"limit", "-1"},
+                                         {"limit", "1e2"},
+                                         {"limit", " 1"},
+                                         {"limit", ""},
+                                         {"limit", "99999999999999999999"},
+                                         {"cursor", "abc"},
+                                         {"cursor", "0"},
+                                         {"cursor", "9223372036854775808"},
+                                         {"cursor", "1;DROP"},
+                                         {"state", "sleeping"},
+                                         {"state", ""},
+                                         {"diametr", "1"},
+                                         {"potential", "cosine"},
+                                         {"potential.amplitud", "6"},
+                                         {"potential.", "6"},
+                                         {"observables.msd", "1"},
+                                         {"observables.msd.", "1"},
+                                         {"observables.nothing.last", "1"},
+                                         {"", "1"},
+                                         {".", "1"},
+                                         {"x'; --", "1"},
+                                         {"$.particles", "5"}};
+    static const char *const good[][2] = {{"limit", "1000"},
+                                          {"potential.amplitude", "6"},
+                                          {"potential.type", "cosine"},
+                                          {"observables.msd.last", "1"},
+                                          {"diameter", "no number"},
+                                          {"method", "' OR 1=1"}};
+    struct fixture *f = *state;
+    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+        if (ask_list(f, bad[i][0], bad[i][1]) != 400)
+            fail_msg("%s=%s gave %d", bad[i][0], bad[i][1], f->reply.status);
+        assert_says(f, "{\"parameter\":\"");
+    }
+    for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
+        if (ask_list(f, good[i][0], good[i][1]) != 200)
+            fail_msg("%s=%s gave %d", good[i][0], good[i][1], f->reply.status);
+    struct request_query query[LIMIT_FILTERS_MAX + 1];
+    for (int i = 0; i <= LIMIT_FILTERS_MAX; i++)
+        query[i] = (struct request_query){"particles", "5"};
+    struct request request = {.method = "GET", .path = "/v1/jobs", .body = "", .query = query};
+    request.query_count = LIMIT_FILTERS_MAX;
+    assert_int_equal(send_request(f, &request), 200);
+    request.query_count = LIMIT_FILTERS_MAX + 1;
+    assert_int_equal(send_request(f, &request), 400);
+}
+
+static void results_of_nothing(void **state)
+{
+    static const char *const forms[] = {"", "/energy", "/energy.csv", "/energy.svg"};
+    struct fixture *f = *state;
+    char id[JOB_ID_SIZE], path[128];
+    ask(f, "POST", "/v1/jobs", JOB(""));
+    take_id(f, id);
+    for (size_t i = 0; i < sizeof(forms) / sizeof(forms[0]); i++) {
+        snprintf(path, sizeof(path), "/v1/jobs/%s/results%s", id, forms[i]);
+        assert_int_equal(ask(f, "GET", path, NULL), 409);
+        assert_says(f, "queued");
+        snprintf(path, sizeof(path), "/v1/jobs/nothing/results%s", forms[i]);
+        assert_int_equal(ask(f, "GET", path, NULL), 404);
+    }
+}
+
+#define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_route_is_documented_once),
+        TEST(unknown_paths),
+        TEST(wrong_methods),
+        TEST(head_is_get),
+        TEST(queries_where_none_belong),
+        TEST(service_pages),
+        TEST(submit_and_look),
+        TEST(cancel),
+        TEST(idempotency_keys),
+        TEST(media_types),
+        TEST(faulty_jobs),
+        TEST(costly_jobs),
+        TEST(lists),
+        TEST(bad_lists),
+        TEST(results_of_nothing),
+    };
+    return cmocka_run_group_tests_name("routes", tests, NULL, NULL);
+}
