@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * cli_job.c - what subcommands share; see cli.h. */
+#include "cli.h"
+#include "limits.h"
+#include "scene_json.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static char *read_file(const char *path, size_t *size);
+static void print_faults(const char *path, const struct bcd_errors *errors);
+
+int cli_help(const struct cli_command *self)
+{
+    printf("usage: bcd %s %s\n\n%s\n", self->name, self->usage, self->doc);
+    return CLI_OK;
+}
+
+int cli_wrong(const struct cli_command *self, const char *format, ...)
+{
+    va_list arguments;
+    fprintf(stderr, "bcd %s: ", self->name);
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fprintf(stderr, "\nusage: bcd %s %s\n", self->name, self->usage);
+    return CLI_USAGE;
+}
+
+bool cli_parse_integer(const char *text, int64_t min, int64_t max, int64_t *value)
+{
+    char *end;
+    errno = 0;
+    long long n = strtoll(text, &end, 10);
+    if (end == text || *end != '\0' || errno != 0 || n < min || n > max)
+        return false;
+    *value = n;
+    return true;
+}
+
+int cli_load_job(const char *path, struct bcd_scene **scene)
+{
+    struct bcd_errors errors = {0};
+    size_t size;
+    char *text = read_file(path, &size);
+    if (!text)
+        return CLI_FAILED;
+    enum bcd_status status = scene_json_parse(text, size, scene, &errors);
+    free(text);
+    if (status == BCD_OK)
+        return CLI_OK;
+    if (errors.count > 0)
+        print_faults(path, &errors);
+    else
+        fprintf(stderr, "bcd: %s: %s\n", path, bcd_status_text(status));
+    return CLI_FAILED;
+}
+
+int cli_print_take(char *text)
+{
+    if (!text) {
+        fprintf(stderr, "bcd: out of memory\n");
+        return CLI_FAILED;
+    }
+    bool written = fputs(text, stdout) >= 0 && fflush(stdout) == 0;
+    int cause = errno;
+    free(text);
+    if (written)
+        return CLI_OK;
+    fprintf(stderr, "bcd: the result cannot be written: %s\n", strerror(cause));
+    return CLI_FAILED;
+}
+
+/* One byte more than allowed is enough for the reader to refuse it. */
+static char *read_file(const char *path, size_t *size)
+{
+    const size_t room = (size_t)LIMIT_BODY_BYTES_MAX + 1;
+    FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
+    char *text = malloc(room);
+    bool good = file && text;
+    if (good) {
+        *size = fread(text, 1, room, file);
+        good = !ferror(file);
+    }
+    if (!good) {
+        fprintf(stderr, "bcd: %s cannot be read: %s\n", path, strerror(errno));
+        free(text);
+        text = NULL;
+    }
+    if (file && file != stdin)
+        fclose(file);
+    return text;
+}
+
+/* The words may quote the job: control characters must not reach a terminal. */
+static void print_clean(const char *text)
+{
+    for (; *text; text++) {
+        bool control = (unsigned char)*text < 0x20 || *text == 0x7F;
+        fputc(control ? '?' : *text, stderr);
+    }
+}
+
+static void print_faults(const char *path, const struct bcd_errors *errors)
+{
+    size_t all = errors->count + errors->dropped;
+    fprintf(stderr, "bcd: %s: %zu fault%s\n", path, all, all == 1 ? "" : "s");
+    for (size_t i = 0; i < errors->count; i++) {
+        fputs("  ", stderr);
+        print_clean(errors->items[i].field[0] ? errors->items[i].field : "the job");
+        fputs(": ", stderr);
+        print_clean(errors->items[i].text);
+        fputc('\n', stderr);
+    }
+    if (errors->dropped > 0)
+        fprintf(stderr, "  and %zu more\n", errors->dropped);
+}
