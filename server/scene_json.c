@@ -160,6 +160,7 @@ static void explain(const char *text, const json_error_t *error, struct bcd_erro
     } else if (scan_json_numbers(text, position, errors) == 0) {
         bcd_errors_add(errors, "", "is not JSON: line %d, column %d: %s", error->line,
                        error->column, error->text);
+        errors->items[errors->count - 1].code = BCD_CORRUPT;
         if (errors->count == 1) /* no faulty job, but no JSON at all */
             errors->items[0].code = BCD_CORRUPT;
     }

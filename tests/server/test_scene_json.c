@@ -162,6 +162,10 @@ static void test_not_json(void **state)
     struct bcd_errors errors = {0};
     assert_int_equal(scene_json_parse("{}\0", 3, &scene, &errors), BCD_INVALID);
     assert_string_equal(errors.items[0].field, "");
+    /* No JSON at all can be told from a wrong job. */
+    assert_int_equal(errors.items[0].code, BCD_CORRUPT);
+    assert_int_equal(parse("[1]", &scene, &errors), BCD_INVALID);
+    assert_int_equal(errors.items[0].code, BCD_INVALID);
 }
 
 static void test_size_limit(void **state)
