@@ -123,7 +123,12 @@ const char *bcd_group_text(const struct bcd_group *group, const struct bcd_param
 /* What kinds of parts a scene is put together from; the job's key of each kind is
  * bcd_slot_key(slot). A slot with `many` holds an object of parts by name ("observables"), the
  * others one part chosen by its "type" ("potential"). */
-enum bcd_slot { BCD_SLOT_POTENTIAL, BCD_SLOT_OBSERVABLE, BCD_SLOT_COUNT };
+enum bcd_slot {
+    BCD_SLOT_POTENTIAL,
+    BCD_SLOT_INTERACTION,
+    BCD_SLOT_OBSERVABLE,
+    BCD_SLOT_COUNT
+};
 const char *bcd_slot_key(enum bcd_slot slot);
 bool bcd_slot_many(enum bcd_slot slot);
 

@@ -2,14 +2,14 @@
  * noise.c - see noise.h. */
 #include "noise.h"
 
-enum { SMALL = 512, BUFFERED = 2048 /* normals: fits the first-level cache */ };
+enum { SMALL = 512 };
 
 void noise_layout(struct noise *noise, int64_t n, struct arena *scratch)
 {
     *noise = (struct noise){.n = n, .realization = -1};
     if (n > SMALL)
         return;
-    noise->row_count = BUFFERED / normals_stride(n);
+    noise->row_count = NOISE_KEPT / normals_stride(n);
     noise->rows =
         arena_take(scratch, (size_t)(noise->row_count * normals_stride(n)) * sizeof(double));
 }

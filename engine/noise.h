@@ -9,6 +9,9 @@
 #include "arena.h"
 #include "kernels/normals.h"
 
+/* Normals kept at once, and the memory they take: fits the first-level cache. */
+enum { NOISE_KEPT = 2048, NOISE_BYTES_MAX = NOISE_KEPT * 8 };
+
 struct noise {
     int64_t n;
     double *rows;      /* NULL for large rings */

@@ -10,6 +10,12 @@
 #include "param.h"
 #include "sim.h"
 
+/* What every kind of part has: the head of its table, as member `base`. */
+struct part_type {
+    struct bcd_part part;
+    size_t par_size;
+};
+
 /* ------------------------------------------------------------- potentials */
 
 /* Rods as forces see them: x[i] = y[i] + i * diameter. */
@@ -21,8 +27,7 @@ struct rods {
 };
 
 struct potential_type {
-    struct bcd_part part;
-    size_t par_size;
+    struct part_type base;
     void (*check)(const struct bcd_group *group, struct bcd_errors *errors); /* NULL = rows do */
     double (*period)(const void *par);     /* > 0 */
     bool (*flat)(const void *par);         /* exerts no force: the scene leaves it out */
@@ -31,6 +36,26 @@ struct potential_type {
     /* out[i] += scale * F(x[i]), F = -U' */
     void (*add_force)(const void *par, const struct rods *rods, double scale, double *out);
     double (*energy_sum)(const void *par, const struct rods *rods); /* sum of U(x[i]) */
+};
+
+/* ------------------------------------------------------------------ pairs */
+
+/* Neighbours as pair forces see them: gaps y[i+1] - y[i], and y[0] + free_length - y[count-1]. */
+struct ring {
+    const double *y;
+    int64_t count; /* >= 2 */
+    double free_length, temperature;
+};
+
+struct pair_type {
+    struct part_type base;
+    void (*check)(const struct bcd_group *group, struct bcd_errors *errors); /* NULL = rows do */
+    bool (*absent)(const void *par);    /* exerts no force: the scene leaves it out */
+    double (*range)(const void *par);   /* no force between gaps beyond */
+    double (*stiffness)(const void *par); /* max |dF/dg| / kT */
+    double (*boltzmann)(const void *par, double gap); /* exp(-V(gap)/kT), for the exact theory */
+    /* out[i] += scale * F_i */
+    void (*add_force)(const void *par, const struct ring *ring, double scale, double *out);
 };
 
 /* ---------------------------------------------------------------- methods */
@@ -65,8 +90,7 @@ struct moments {
 };
 
 struct observable_type {
-    struct bcd_part part;
-    size_t par_size;
+    struct part_type base;
     void (*check)(const struct bcd_group *group, const struct plan *plan,
                   struct bcd_errors *errors);
     /* The longest time step that still resolves what is asked; INFINITY = no demand. */

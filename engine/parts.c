@@ -6,6 +6,8 @@ extern const struct method_type method_bcd;
 
 extern const struct potential_type potential_cosine;
 
+extern const struct pair_type pair_sticky;
+
 extern const struct observable_type observable_density;
 extern const struct observable_type observable_contact_density;
 extern const struct observable_type observable_msd;
@@ -16,6 +18,8 @@ extern const struct observable_type observable_cluster_sizes;
 const struct method_type *const method_types[] = {&method_bcd, NULL};
 
 const struct potential_type *const potential_types[] = {&potential_cosine, NULL};
+
+const struct pair_type *const pair_types[] = {&pair_sticky, NULL};
 
 const struct observable_type *const observable_types[] = {
     &observable_msd,     &observable_density,       &observable_contact_density,

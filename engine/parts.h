@@ -7,6 +7,7 @@
 
 extern const struct method_type *const method_types[];
 extern const struct potential_type *const potential_types[];
+extern const struct pair_type *const pair_types[];
 extern const struct observable_type *const observable_types[];
 
 #endif

@@ -77,6 +77,22 @@ static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
     plan->field = !plan->potential->flat(plan->potential_par);
 }
 
+static void plan_pair(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct plan *plan = &scene->plan;
+    for (size_t i = 0; i < scene->part_count; i++) {
+        const struct scene_part *part = &scene->parts[i];
+        if (part->slot != BCD_SLOT_INTERACTION)
+            continue;
+        const struct pair_type *pair = pair_types[part->index];
+        if (pair->check)
+            pair->check(&part->group, errors);
+        bool acts = plan->particles > 1 && !pair->absent(part->group.values);
+        plan->pair = acts ? pair : NULL;
+        plan->pair_par = part->group.values;
+    }
+}
+
 /* --------------------------------------------------------------- time step */
 
 /* The largest step that method, drag and observables allow, and why. */
@@ -98,7 +114,7 @@ static double step_allowed(const struct bcd_scene *scene, const char **why)
                                           : INFINITY;
         if (most < step) {
             step = most;
-            *why = type->part.name;
+            *why = type->base.part.name;
         }
     }
     return step;
@@ -112,6 +128,27 @@ static double step_that_divides(const struct bcd_scene *scene, double allowed)
     if (isinf(allowed) || allowed > whole) /* nothing limits it: still show the run's course */
         allowed = isnan(job->sample_every) ? whole / 1024 : whole;
     return whole / ceil(whole / allowed * (1 - 1e-12));
+}
+
+/* Too long a step never fails: it melts the profile or silences the stickiness. Refused here. */
+static void check_stability(const struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    const struct plan *plan = &scene->plan;
+    double h = plan->time_step;
+    double field = plan->field ? plan->mobility *
+                                     plan->potential->curvature_max(plan->potential_par)
+                               : 0;
+    double pair = plan->pair ? 2 * plan->diffusion * plan->pair->stiffness(plan->pair_par) : 0;
+    if (h * field > stability_max)
+        bcd_errors_add(errors, "/time_step",
+                       "%.6g melts the profile: mobility * time_step * max|U''| = %.3g must not "
+                       "exceed %g; the largest step that works is %.6g",
+                       h, h * field, stability_max, stability_max / field);
+    if (h * pair > stability_max)
+        bcd_errors_add(errors, "/time_step",
+                       "%.6g silences the interaction: 2 * mobility * time_step * max|f'| = %.3g "
+                       "must not exceed %g; the largest step that works is %.6g",
+                       h, h * pair, stability_max, stability_max / pair);
 }
 
 static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
@@ -138,14 +175,7 @@ static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
     plan->equilibration_steps = (int64_t)before;
     if (job->time < h * (1 - 1e-9))
         bcd_errors_add(errors, "/time_step", "%.12g must not exceed time = %.12g", h, job->time);
-    if (plan->field) {
-        double k = plan->mobility * plan->potential->curvature_max(plan->potential_par);
-        if (h * k > stability_max)
-            bcd_errors_add(errors, "/time_step",
-                           "%.6g melts the profile: mobility * time_step * max|U''| = %.3g must not "
-                           "exceed %g; the largest step that works is %.6g",
-                           h, h * k, stability_max, stability_max / k);
-    }
+    check_stability(scene, errors);
 }
 
 /* ---------------------------------------------------------------- sampling */
@@ -197,6 +227,7 @@ void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
 {
     plan_geometry(scene, errors);
     plan_field(scene, errors);
+    plan_pair(scene, errors);
     if (errors->count > 0)
         return;
     plan_time_step(scene, errors);
@@ -253,6 +284,9 @@ void plan_list_facts(struct bcd_scene *scene)
     if (plan->field)
         fact_number(scene, "curvature_time_step", "",
                     h * plan->mobility * plan->potential->curvature_max(plan->potential_par));
+    if (plan->pair)
+        fact_number(scene, "stiffness_time_step", "",
+                    2 * h * plan->diffusion * plan->pair->stiffness(plan->pair_par));
     if (plan->diffusion > 0 && plan->particles > 1 && plan->free_length > 0)
         fact_number(scene, "noise_per_gap", "",
                     sqrt(2 * plan->diffusion * h) * (double)plan->particles / plan->free_length);

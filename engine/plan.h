@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 struct potential_type;
+struct pair_type;
 struct method_type;
 
 enum { INITIAL_UNIFORM, INITIAL_LATTICE };
@@ -26,6 +27,9 @@ struct plan {
     bool field;    /* the potential acts: it is there and not flat */
     double period; /* of profiles along x: the potential's, or L */
     int64_t periods; /* L / period */
+
+    const struct pair_type *pair; /* NULL = none, or it exerts no force */
+    const void *pair_par;
 
     const struct method_type *method;
     double time_step;

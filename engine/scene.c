@@ -84,12 +84,29 @@ const struct bcd_param *bcd_job_params(void)
 
 /* ------------------------------------------------------------------- slots */
 
+static const struct part_type *potential_at(size_t i)
+{
+    return potential_types[i] ? &potential_types[i]->base : NULL;
+}
+
+static const struct part_type *pair_at(size_t i)
+{
+    return pair_types[i] ? &pair_types[i]->base : NULL;
+}
+
+static const struct part_type *observable_at(size_t i)
+{
+    return observable_types[i] ? &observable_types[i]->base : NULL;
+}
+
 static const struct {
     const char *key;
     bool many;
+    const struct part_type *(*at)(size_t index);
 } slots[BCD_SLOT_COUNT] = {
-    [BCD_SLOT_POTENTIAL] = {"potential", false},
-    [BCD_SLOT_OBSERVABLE] = {"observables", true},
+    [BCD_SLOT_POTENTIAL] = {"potential", false, potential_at},
+    [BCD_SLOT_INTERACTION] = {"interaction", false, pair_at},
+    [BCD_SLOT_OBSERVABLE] = {"observables", true, observable_at},
 };
 
 const char *bcd_slot_key(enum bcd_slot slot)
@@ -104,15 +121,8 @@ bool bcd_slot_many(enum bcd_slot slot)
 
 const struct bcd_part *bcd_catalogue(enum bcd_slot slot, size_t index)
 {
-    if (slot == BCD_SLOT_POTENTIAL)
-        return potential_types[index] ? &potential_types[index]->part : NULL;
-    return observable_types[index] ? &observable_types[index]->part : NULL;
-}
-
-static size_t part_size(enum bcd_slot slot, size_t index)
-{
-    return slot == BCD_SLOT_POTENTIAL ? potential_types[index]->par_size
-                                      : observable_types[index]->par_size;
+    const struct part_type *type = slots[slot].at(index);
+    return type ? &type->part : NULL;
 }
 
 /* ------------------------------------------------------------------- parts */
@@ -199,7 +209,7 @@ struct bcd_group *bcd_scene_add(struct bcd_scene *scene, enum bcd_slot slot, con
         bcd_errors_add(errors, pointer, "is given more than once");
         return NULL;
     }
-    void *values = calloc(1, part_size(slot, index) + 1);
+    void *values = calloc(1, slots[slot].at(index)->par_size + 1);
     if (!values) {
         bcd_errors_add(errors, pointer, "no memory");
         return NULL;

@@ -38,14 +38,21 @@ static void bcd_advance(struct sim *sim, int64_t ticks)
     struct bcd_work *work = sim->work;
     int64_t n = plan->particles;
     const double drift = plan->mobility * plan->time_step;
+    const bool forces = plan->field || plan->pair;
     const double noise = sqrt(2 * plan->diffusion * plan->time_step);
     for (int64_t t = 0; t < ticks; t++) {
         double *y = sim->y, *z = y;
-        if (plan->field) { /* the force needs the old positions while the new ones are written */
+        if (forces) { /* they need the old positions while the new ones are written */
             z = work->z;
             memcpy(z, y, (size_t)n * sizeof *z);
+        }
+        if (plan->field) {
             struct rods rods = {y, n, plan->diameter, sim_time(sim)};
             plan->potential->add_force(plan->potential_par, &rods, drift, z);
+        }
+        if (plan->pair) {
+            struct ring ring = {y, n, plan->free_length, plan->temperature};
+            plan->pair->add_force(plan->pair_par, &ring, drift, z);
         }
         if (plan->force != 0)
             for (int64_t i = 0; i < n; i++)
@@ -63,13 +70,22 @@ static void bcd_advance(struct sim *sim, int64_t ticks)
  * effective shortening of rods against the mean gap, doi 10.1103/PhysRevE.106.054606 geometry. */
 static double bcd_time_step(const struct plan *plan, const char **why)
 {
-    const double tolerance = 0.005, curvature_share = 0.018, gap_share = 0.25;
+    const double tolerance = 0.005, curvature_share = 0.018, gap_share = 0.25,
+                 pair_share = 0.1;
     double step = INFINITY;
     *why = "nothing limits it";
     if (plan->field) {
         step = curvature_share /
                (plan->mobility * plan->potential->curvature_max(plan->potential_par));
         *why = "curvature of the potential";
+    }
+    if (plan->pair && plan->diffusion > 0) {
+        double by_pair =
+            pair_share / (2 * plan->diffusion * plan->pair->stiffness(plan->pair_par));
+        if (by_pair < step) {
+            step = by_pair;
+            *why = "stiffness of the interaction";
+        }
     }
     double gap = plan->free_length / (double)plan->particles;
     if (plan->particles > 1 && plan->diffusion > 0 && gap > 0) {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * cluster_sizes - fraction of clusters that consist of 1, 2, 3, ... rods. Neighbours belong together
- * when their gap is at most `gap`; the default 0 asks for exact contact, as the method keeps it. With
- * noise exact contacts are partly an effect of the time step (they fade as sqrt h): a small positive
- * `gap` gives a measure that converges.
+ * cluster_sizes - fraction of clusters that consist of 1, 2, 3, ... rods. Neighbours belong
+ * together when their gap is at most `gap`; the default 0 asks for exact contact, as the method
+ * keeps it. With noise exact contacts are partly an effect of the time step (they fade as sqrt h):
+ * a small positive `gap` gives a measure that converges.
  */
 #include "part.h"
 #include "table.h"
@@ -17,10 +17,18 @@ struct cluster_par {
 };
 
 static const struct bcd_param cluster_params[] = {
-    {.name = "gap", .type = BCD_PARAM_NUMBER, .unit = "length", .min = 0, .max = 1e12,
+    {.name = "gap",
+     .type = BCD_PARAM_NUMBER,
+     .unit = "length",
+     .min = 0,
+     .max = 1e12,
      .doc = "largest gap within a cluster; 0 = exact contact",
      .offset = offsetof(struct cluster_par, gap)},
-    {.name = "largest", .type = BCD_PARAM_INTEGER, .min = 1, .max = 100000, .fallback = 1000,
+    {.name = "largest",
+     .type = BCD_PARAM_INTEGER,
+     .min = 1,
+     .max = 100000,
+     .fallback = 1000,
      .doc = "the last size listed; larger clusters count as this one",
      .offset = offsetof(struct cluster_par, largest)},
     {0},
@@ -89,9 +97,7 @@ static void cluster_end_block(struct observer *o, const struct sim *sim, double 
 {
     struct cluster_memory *memory = o->memory;
     for (size_t i = 0; i < o->count; i++)
-        values[i] = memory->clusters
-                        ? (double)memory->counts[i] / (double)memory->clusters
-                        : NAN;
+        values[i] = memory->clusters ? (double)memory->counts[i] / (double)memory->clusters : NAN;
     cluster_begin(o, sim);
 }
 
@@ -117,9 +123,10 @@ static enum bcd_status cluster_table(const void *par, const struct plan *plan,
 }
 
 const struct observable_type observable_cluster_sizes = {
-    .part = {.name = "cluster_sizes", .doc = "fraction of clusters by number of rods",
-             .params = cluster_params},
-    .par_size = sizeof(struct cluster_par),
+    .base = {.part = {.name = "cluster_sizes",
+                      .doc = "fraction of clusters by number of rods",
+                      .params = cluster_params},
+             .par_size = sizeof(struct cluster_par)},
     .sample_ns = 1.5,
     .count = cluster_count,
     .memory = cluster_memory,

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * contact_density - density of pairs of neighbours in contact, rho2(x, x + sigma), x the centre of the
- * left rod: doi 10.1103/PhysRevE.106.054606, Eq. 26. Pairs whose gap is at most `gap` are counted and
- * divided by it, so the number is the mean of rho2(x, x + sigma + g) over 0 <= g <= gap.
+ * contact_density - density of pairs of neighbours in contact, rho2(x, x + sigma), x the centre of
+ * the left rod: doi 10.1103/PhysRevE.106.054606, Eq. 26. Pairs whose gap is at most `gap` are
+ * counted and divided by it, so the number is the mean of rho2(x, x + sigma + g) over 0 <= g <=
+ * gap.
  *
  * A projected Euler step keeps rods in exact contact too often: as if they were shorter by
  * 1.165 sqrt(D h). That must stay small against `gap`; the table tells the resulting share.
@@ -20,10 +21,21 @@ struct contact_par {
 };
 
 static const struct bcd_param contact_params[] = {
-    {.name = "bins", .type = BCD_PARAM_INTEGER, .min = 1, .max = 1000000, .fallback = 50,
-     .doc = "bins over one period", .offset = offsetof(struct contact_par, bins)},
-    {.name = "gap", .type = BCD_PARAM_NUMBER, .above_min = true, .unit = "length", .min = 0,
-     .max = 1e12, .fallback = 1e-3, .doc = "rods closer than this count as in contact",
+    {.name = "bins",
+     .type = BCD_PARAM_INTEGER,
+     .min = 1,
+     .max = 1000000,
+     .fallback = 50,
+     .doc = "bins over one period",
+     .offset = offsetof(struct contact_par, bins)},
+    {.name = "gap",
+     .type = BCD_PARAM_NUMBER,
+     .above_min = true,
+     .unit = "length",
+     .min = 0,
+     .max = 1e12,
+     .fallback = 1e-3,
+     .doc = "rods closer than this count as in contact",
      .offset = offsetof(struct contact_par, gap)},
     {0},
 };
@@ -110,9 +122,10 @@ static enum bcd_status contact_table(const void *par, const struct plan *plan,
 }
 
 const struct observable_type observable_contact_density = {
-    .part = {.name = "contact_density", .doc = "density of neighbours in contact over one period",
-             .params = contact_params},
-    .par_size = sizeof(struct contact_par),
+    .base = {.part = {.name = "contact_density",
+                      .doc = "density of neighbours in contact over one period",
+                      .params = contact_params},
+             .par_size = sizeof(struct contact_par)},
     .theory = true,
     .check = contact_check,
     .time_step_max = contact_time_step_max,

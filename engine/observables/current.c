@@ -57,8 +57,9 @@ static enum bcd_status current_table(const void *par, const struct plan *plan,
 }
 
 const struct observable_type observable_current = {
-    .part = {.name = "current", .doc = "particles per unit time through a point",
-             .params = current_params},
+    .base = {.part = {.name = "current",
+                      .doc = "particles per unit time through a point",
+                      .params = current_params}},
     .count = current_count,
     .memory = current_memory,
     .begin = current_begin,

@@ -16,8 +16,13 @@ struct density_par {
 };
 
 static const struct bcd_param density_params[] = {
-    {.name = "bins", .type = BCD_PARAM_INTEGER, .min = 1, .max = 1000000, .fallback = 50,
-     .doc = "bins over one period", .offset = offsetof(struct density_par, bins)},
+    {.name = "bins",
+     .type = BCD_PARAM_INTEGER,
+     .min = 1,
+     .max = 1000000,
+     .fallback = 50,
+     .doc = "bins over one period",
+     .offset = offsetof(struct density_par, bins)},
     {0},
 };
 
@@ -78,9 +83,10 @@ static enum bcd_status density_table(const void *par, const struct plan *plan,
 }
 
 const struct observable_type observable_density = {
-    .part = {.name = "density", .doc = "density profile over one period",
-             .params = density_params},
-    .par_size = sizeof(struct density_par),
+    .base = {.part = {.name = "density",
+                      .doc = "density profile over one period",
+                      .params = density_params},
+             .par_size = sizeof(struct density_par)},
     .theory = true,
     .sample_ns = 2,
     .count = density_count,

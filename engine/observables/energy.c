@@ -38,8 +38,8 @@ static void energy_sample(struct observer *o, const struct sim *sim)
     struct energy_memory *memory = o->memory;
     struct rods rods = {sim->y, plan->particles, plan->diameter, sim_time(sim)};
     if (plan->field)
-        memory->sum += plan->potential->energy_sum(plan->potential_par, &rods) /
-                       (double)plan->particles;
+        memory->sum +=
+            plan->potential->energy_sum(plan->potential_par, &rods) / (double)plan->particles;
     memory->samples++;
 }
 
@@ -61,8 +61,9 @@ static enum bcd_status energy_table(const void *par, const struct plan *plan,
 }
 
 const struct observable_type observable_energy = {
-    .part = {.name = "energy", .doc = "mean external energy per particle",
-             .params = energy_params},
+    .base = {.part = {.name = "energy",
+                      .doc = "mean external energy per particle",
+                      .params = energy_params}},
     .theory = true,
     .sample_ns = 2.5,
     .count = energy_count,

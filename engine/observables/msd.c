@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * msd - mean squared displacement of tagged rods, <(x(t + lag) - x(t))^2>, unwrapped, at lags spread
- * evenly in the logarithm, averaged over all rods and many time origins t.
+ * msd - mean squared displacement of tagged rods, <(x(t + lag) - x(t))^2>, unwrapped, at lags
+ * spread evenly in the logarithm, averaged over all rods and many time origins t.
  *
- * Lag k has its origins at multiples of stride[k], a power of two a quarter to an eighth of the lag:
- * denser ones are so correlated that they add nothing. Origins of one stride share a ring of stored
- * configurations, so memory grows with the logarithm of the longest lag, not with the run.
+ * Lag k has its origins at multiples of stride[k], a power of two a quarter to an eighth of the
+ * lag: denser ones are so correlated that they add nothing. Origins of one stride share a ring of
+ * stored configurations, so memory grows with the logarithm of the longest lag, not with the run.
  *
  * A single realization is cut into blocks for its error bar. A lag's samples are gathered over as
  * many blocks as make at least four lags; where that leaves one sample there is no error bar.
@@ -26,13 +26,29 @@ struct msd_par {
 };
 
 static const struct bcd_param msd_params[] = {
-    {.name = "first", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
-     .max = 1e18, .fallback = NAN, .doc = "shortest lag; auto = the time step",
+    {.name = "first",
+     .type = BCD_PARAM_AUTO,
+     .above_min = true,
+     .unit = "time",
+     .min = 0,
+     .max = 1e18,
+     .fallback = NAN,
+     .doc = "shortest lag; auto = the time step",
      .offset = offsetof(struct msd_par, first)},
-    {.name = "last", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
-     .max = 1e18, .fallback = NAN, .doc = "longest lag; auto = a tenth of the measured time",
+    {.name = "last",
+     .type = BCD_PARAM_AUTO,
+     .above_min = true,
+     .unit = "time",
+     .min = 0,
+     .max = 1e18,
+     .fallback = NAN,
+     .doc = "longest lag; auto = a tenth of the measured time",
      .offset = offsetof(struct msd_par, last)},
-    {.name = "points", .type = BCD_PARAM_INTEGER, .min = 1, .max = POINTS_MAX, .fallback = 40,
+    {.name = "points",
+     .type = BCD_PARAM_INTEGER,
+     .min = 1,
+     .max = POINTS_MAX,
+     .fallback = 40,
      .doc = "lags from first to last, evenly spaced in the logarithm",
      .offset = offsetof(struct msd_par, points)},
     {0},
@@ -43,7 +59,7 @@ static const struct bcd_param msd_params[] = {
 struct msd_lags {
     int64_t count, strides;
     int64_t lag[POINTS_MAX], gather[POINTS_MAX];
-    int level[POINTS_MAX];                       /* index of the stride */
+    int level[POINTS_MAX];                           /* index of the stride */
     int64_t stride[STRIDES_MAX], slots[STRIDES_MAX]; /* slots: configurations in the ring */
     int64_t first_slot[STRIDES_MAX], total_slots;
 };
@@ -223,8 +239,7 @@ static void msd_sample(struct observer *o, const struct sim *sim)
             continue;
         const double *frame = frame_at(o, lags->level[k], origin);
         double turned = ((double)sim->clock->turns - frame[0]) * plan->length;
-        memory->sum[k] +=
-            sum_squared_displacement(sim->y, frame + 1, plan->particles, turned);
+        memory->sum[k] += sum_squared_displacement(sim->y, frame + 1, plan->particles, turned);
         memory->origins[k]++;
     }
     keep_origins(o, sim, tick);
@@ -270,9 +285,10 @@ static enum bcd_status msd_table(const void *par, const struct plan *plan,
 }
 
 const struct observable_type observable_msd = {
-    .part = {.name = "msd", .doc = "mean squared displacement of tagged rods",
-             .params = msd_params},
-    .par_size = sizeof(struct msd_par),
+    .base = {.part = {.name = "msd",
+                      .doc = "mean squared displacement of tagged rods",
+                      .params = msd_params},
+             .par_size = sizeof(struct msd_par)},
     .theory = true,
     .check = msd_check,
     .time_step_max = msd_time_step_max,

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * sticky - attraction of neighbours at contact, Baxter's sticky rods with a finite range:
+ * doi 10.1103/PhysRevE.106.054606, Eqs. 31-32. The Boltzmann factor of a gap g < eps is
+ *     exp(-V/kT) = 1 + gamma (p + 1) (eps - g)^p / eps^(p+1),
+ * whose excess over 1 integrates to gamma; eps -> 0 is Baxter's contact. V scales with kT.
+ */
+#include "part.h"
+#include "kernels/elementary.h"
+
+#include <math.h>
+
+struct sticky_par {
+    double strength, range, exponent;
+};
+
+static const struct bcd_param sticky_params[] = {
+    {.name = "strength",
+     .type = BCD_PARAM_NUMBER,
+     .required = true,
+     .unit = "length",
+     .min = 0,
+     .max = 1e6,
+     .doc = "gamma, stickiness",
+     .offset = offsetof(struct sticky_par, strength)},
+    {.name = "range",
+     .type = BCD_PARAM_NUMBER,
+     .required = true,
+     .above_min = true,
+     .unit = "length",
+     .min = 0,
+     .max = 1e12,
+     .doc = "eps, gap at which the attraction ends",
+     .offset = offsetof(struct sticky_par, range)},
+    {.name = "exponent",
+     .type = BCD_PARAM_NUMBER,
+     .min = 1,
+     .max = 100,
+     .fallback = 3,
+     .doc = "p, how steeply the attraction sets in",
+     .offset = offsetof(struct sticky_par, exponent)},
+    {0},
+};
+
+static bool sticky_absent(const void *par)
+{
+    return ((const struct sticky_par *)par)->strength == 0;
+}
+
+static double sticky_range(const void *par)
+{
+    return ((const struct sticky_par *)par)->range;
+}
+
+/* Attraction dV/dg / kT of two rods at gap 0 <= g < eps:
+ * p gamma' u^(p-1) / (eps (1 + gamma' u^p)), u = 1 - g/eps, gamma' = gamma (p+1)/eps. */
+static double attraction(const struct sticky_par *p, double gap)
+{
+    double u = 1 - gap / p->range;
+    if (u < 1e-300)
+        return 0;
+    double strength = p->strength * (p->exponent + 1) / p->range;
+    double below = power(u, p->exponent - 1);
+    return p->exponent * strength * below / (p->range * (1 + strength * below * u));
+}
+
+/* out[i] += scale * F_i: neighbours closer than eps pull each other together. */
+static void sticky_add_force(const void *par, const struct ring *ring, double scale, double *out)
+{
+    const struct sticky_par *p = par;
+    const double *y = ring->y;
+    int64_t last = ring->count - 1;
+    double pull = scale * ring->temperature;
+    for (int64_t i = 0; i < last; i++) {
+        double gap = y[i + 1] - y[i];
+        if (gap < p->range) {
+            double f = pull * attraction(p, gap);
+            out[i] += f;
+            out[i + 1] -= f;
+        }
+    }
+    double gap = y[0] + ring->free_length - y[last];
+    if (gap < p->range) {
+        double f = pull * attraction(p, gap);
+        out[last] += f;
+        out[0] -= f;
+    }
+}
+
+/* max |dF/dg| / kT by a scan: the attraction has no closed extremum for general p. */
+static double sticky_stiffness(const void *par)
+{
+    enum { POINTS = 4096 };
+    const struct sticky_par *p = par;
+    double most = 0, before = attraction(p, 0);
+    for (int i = 1; i <= POINTS; i++) {
+        double now = attraction(p, p->range * i / POINTS);
+        most = fmax(most, fabs(now - before) * POINTS / p->range);
+        before = now;
+    }
+    return most;
+}
+
+static double sticky_boltzmann(const void *par, double gap)
+{
+    const struct sticky_par *p = par;
+    double u = 1 - gap / p->range;
+    return u > 0 ? 1 + p->strength * (p->exponent + 1) / p->range * pow(u, p->exponent) : 1;
+}
+
+const struct pair_type pair_sticky = {
+    .base = {.part = {.name = "sticky",
+                      .doc = "attraction at contact, Baxter's sticky rods of finite range",
+                      .params = sticky_params},
+             .par_size = sizeof(struct sticky_par)},
+    .absent = sticky_absent,
+    .range = sticky_range,
+    .stiffness = sticky_stiffness,
+    .boltzmann = sticky_boltzmann,
+    .add_force = sticky_add_force,
+};
