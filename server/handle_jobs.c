@@ -194,8 +194,6 @@ static void check_limits(const struct bcd_scene *scene, struct bcd_errors *error
          LIMIT_RESULT_BYTES_MAX},
         {"seconds of one core", "LIMIT_CORE_SECONDS_MAX", estimate.core_seconds,
          LIMIT_CORE_SECONDS_MAX},
-        {"chunks of realizations", "LIMIT_CHUNKS_MAX", (double)bcd_scene_chunks(scene),
-         LIMIT_CHUNKS_MAX},
     };
     for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
         if (!(rows[i].value <= rows[i].max)) /* NaN is refused too */

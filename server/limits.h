@@ -28,6 +28,5 @@ enum {
 #define LIMIT_RUN_BYTES_MAX 4e9       /* memory of one chunk in motion */
 #define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */
 #define LIMIT_CORE_SECONDS_MAX 3.2e7  /* one core for a year */
-#define LIMIT_CHUNKS_MAX 1000000      /* the queue keeps a few words for each */
 
 #endif

@@ -297,9 +297,13 @@ static void costly_jobs(void **state)
         {"{\"particles\":1000,\"length\":2000,\"time\":1e9,\"time_step\":1e-6,"
          "\"observables\":{\"energy\":{}}}",
          "LIMIT_CORE_SECONDS_MAX"},
-        {"{\"particles\":1000000000,\"length\":2e9,\"time\":1,\"time_step\":0.1,"
-         "\"observables\":{\"energy\":{}}}",
+        {"{\"particles\":10000000,\"length\":2e7,\"time\":100,\"time_step\":0.1,"
+         "\"observables\":{\"msd\":{\"first\":0.1,\"last\":100,\"points\":50}}}",
          "LIMIT_RUN_BYTES_MAX"},
+        {"{\"particles\":2,\"length\":20,\"time\":1,\"time_step\":0.1,"
+         "\"observables\":{\"density\":{\"bins\":1000000},"
+         "\"contact_density\":{\"bins\":1000000}}}",
+         "LIMIT_RESULT_BYTES_MAX"},
     };
     struct fixture *f = *state;
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
