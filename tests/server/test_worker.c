@@ -1,0 +1,384 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_worker.c - jobs run by the workers give the bytes of the same job run in one thread, however
+ * they are stopped, restored, crowded or starved of disk. */
+#include "job_bench.h"
+
+#include "store_internal.h"
+#include "store_results.h"
+#include "support/experiment.h"
+#include "worker.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* A store with queue and workers: what a daemon is without HTTP. */
+struct plant {
+    struct bench *bench;
+    struct queue *queue;
+    struct workers *workers;
+};
+
+static struct plant start(struct bench *bench, size_t workers)
+{
+    struct plant plant = {.bench = bench};
+
+    assert_int_equal(queue_create(&plant.queue, bench->store), STORE_OK);
+    assert_int_equal(queue_recover(plant.queue), STORE_OK);
+    plant.workers = workers_start(workers, plant.queue, bench->store);
+    assert_non_null(plant.workers);
+    return plant;
+}
+
+static void stop(struct plant *plant)
+{
+    workers_stop(plant->workers);
+    queue_free(plant->queue);
+    *plant = (struct plant){.bench = plant->bench};
+}
+
+static void wait_progress(struct plant *plant, const char *id, double wanted)
+{
+    double progress = 0.0;
+
+    for (int waited = 0; waited < 60000 && progress >= 0.0 && progress < wanted; waited++) {
+        progress = queue_progress(plant->queue, id);
+        job_bench_nap(1);
+    }
+    assert_true(progress < 0.0 || progress >= wanted);
+}
+
+/* Every table of the job in the store is, byte for byte, that of a run in this thread alone, cut
+ * into slices of another length. Takes the scene. */
+static void assert_same_bytes(struct store *store, const char *id, struct bcd_scene *scene)
+{
+    struct experiment direct = experiment_run(scene, 777);
+    char **names;
+    size_t count, part = 0;
+
+    assert_int_equal(store_results_names(store, id, &names, &count), STORE_OK);
+    for (; bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, part); part++) {
+        struct bcd_table *table = NULL;
+        struct blob stored;
+        void *bytes;
+
+        assert_true(part < count);
+        assert_int_equal(bcd_tally_table(direct.tally, scene, part, &table), BCD_OK);
+        assert_string_equal(names[part], table->name);
+        assert_int_equal(store_results_get(store, id, names[part], &stored), STORE_OK);
+        assert_int_equal(stored.size, bcd_table_size(table));
+        bytes = malloc(stored.size);
+        assert_non_null(bytes);
+        bcd_table_save(table, bytes);
+        assert_memory_equal(stored.bytes, bytes, stored.size);
+        free(bytes);
+        free(names[part]);
+        blob_fini(&stored);
+        bcd_table_free(table);
+    }
+    assert_int_equal(part, 3);
+    assert_int_equal(count, part);
+    free(names);
+    experiment_end(&direct);
+}
+
+/* About half a second of one core: long enough to be stopped in the middle. */
+static struct bcd_scene *long_scene(void)
+{
+    return experiment_scene("{'particles':100,'length':200,'diameter':0.5,"
+                            "'potential':{'type':'cosine','amplitude':6},'time':250,"
+                            "'time_step':0.001,'realizations':1,'seed':11,'observables':{"
+                            "'msd':{'first':0.01,'last':10,'points':8},'density':{'bins':20},"
+                            "'energy':{}}}");
+}
+
+/* ------------------------------------------------------------------------- runs */
+
+static void any_number_of_workers_gives_the_same_bytes(void **state)
+{
+    struct bench *bench = *state;
+    static const size_t counts[] = {1, 3};
+
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        struct plant plant = start(bench, counts[i]);
+        char id[JOB_ID_SIZE];
+
+        job_bench_submit(bench->store, plant.queue, job_bench_scene(5, 1), id);
+        assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+        assert_same_bytes(bench->store, id, job_bench_scene(5, 1));
+        stop(&plant);
+        bench_tear_down(state);
+        bench_set_up(state);
+        bench = *state;
+    }
+}
+
+/* Several realizations in a chunk, and a last chunk that is not full. */
+static void chunks_of_many_realizations(void **state)
+{
+    static const char job[] = "{'particles':10,'length':20,'diameter':0.5,'time':10,"
+                              "'time_step':0.001,'realizations':47,'observables':{"
+                              "'msd':{'first':0.01,'last':1,'points':5},'density':{'bins':10},"
+                              "'energy':{}}}";
+    struct bench *bench = *state;
+    struct bcd_scene *scene = experiment_scene("%s", job);
+    struct plant plant = start(bench, 2);
+    char id[JOB_ID_SIZE];
+
+    assert_in_range(bcd_scene_chunks(scene), 2, 46);
+    job_bench_submit(bench->store, plant.queue, scene, id);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+    assert_same_bytes(bench->store, id, experiment_scene("%s", job));
+}
+
+static void a_stopped_job_goes_on_where_it_was(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant = start(bench, 2);
+    struct job_record record;
+    struct blob checkpoint;
+    char id[JOB_ID_SIZE];
+    int stops = 0;
+
+    job_bench_submit(bench->store, plant.queue, long_scene(), id);
+    for (double wanted = 0.1; wanted < 0.6; wanted += 0.2) {
+        wait_progress(&plant, id, wanted);
+        stop(&plant);
+        if (bench_state(bench->store, id) == JOB_RUNNING) {
+            assert_int_equal(store_results_load_checkpoint(bench->store, id, 0, &checkpoint),
+                             STORE_OK);
+            blob_fini(&checkpoint);
+            stops++;
+        }
+        bench_reopen(bench);
+        plant = start(bench, 2);
+    }
+    assert_in_range(stops, 1, 3); /* else nothing was tested: the job is too short */
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+    assert_int_equal(store_jobs_get(bench->store, id, &record), STORE_OK);
+    assert_int_equal(record.chunks_done, record.chunks);
+    job_record_fini(&record);
+    assert_int_equal(store_results_load_checkpoint(bench->store, id, 0, &checkpoint),
+                     STORE_NOT_FOUND);
+    assert_same_bytes(bench->store, id, long_scene());
+}
+
+static void progress_grows_from_nothing_to_all(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant = start(bench, 1);
+    double before = 0.0, progress;
+    char id[JOB_ID_SIZE];
+    int steps = 0;
+
+    job_bench_submit(bench->store, plant.queue, long_scene(), id);
+    while ((progress = queue_progress(plant.queue, id)) >= 0.0) {
+        assert_true(progress >= before && progress <= 1.0);
+        steps += progress > before;
+        before = progress;
+        job_bench_nap(2);
+    }
+    assert_true(steps >= 3);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+}
+
+/* ------------------------------------------------------------------------ damage */
+
+static void a_damaged_checkpoint_is_dropped(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant;
+    char id[JOB_ID_SIZE];
+
+    job_bench_submit(bench->store, NULL, job_bench_scene(2, 1), id);
+    assert_int_equal(store_jobs_start(bench->store, id), STORE_OK);
+    assert_int_equal(store_results_checkpoint(bench->store, id, 1, "no checkpoint", 13), STORE_OK);
+    plant = start(bench, 1);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+    assert_same_bytes(bench->store, id, job_bench_scene(2, 1));
+}
+
+static void a_damaged_tally_fails_the_job(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant;
+    struct job_record record;
+    struct blob table;
+    char id[JOB_ID_SIZE], next[JOB_ID_SIZE];
+
+    job_bench_submit(bench->store, NULL, job_bench_scene(2, 1), id);
+    assert_int_equal(store_jobs_start(bench->store, id), STORE_OK);
+    assert_int_equal(store_results_put_chunk(bench->store, id, 0, "no tally", 8), STORE_OK);
+    plant = start(bench, 1);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_FAILED);
+    assert_int_equal(store_jobs_get(bench->store, id, &record), STORE_OK);
+    assert_true(strlen(record.error) > 5);
+    job_record_fini(&record);
+    assert_int_equal(store_results_get(bench->store, id, "msd", &table), STORE_NOT_FOUND);
+    /* A failed job may be tried again, and the worker is free for it. */
+    job_bench_submit(bench->store, plant.queue, job_bench_scene(2, 1), next);
+    assert_int_equal(job_bench_wait(bench->store, next), JOB_DONE);
+    stop(&plant);
+}
+
+/* Killed after the last chunk was stored and before the tables were. */
+static void a_job_with_all_chunks_is_finished_at_start(void **state)
+{
+    struct bench *bench = *state;
+    struct bcd_scene *scene = job_bench_scene(3, 1);
+    struct plant plant;
+    char id[JOB_ID_SIZE];
+
+    job_bench_submit(bench->store, NULL, job_bench_scene(3, 1), id);
+    assert_int_equal(store_jobs_start(bench->store, id), STORE_OK);
+    for (int64_t chunk = 2; chunk >= 0; chunk--) {
+        struct bcd_run *run = NULL;
+        struct bcd_error error;
+        void *bytes;
+        size_t size;
+
+        assert_int_equal(bcd_run_create(&run, scene, chunk, &error), BCD_OK);
+        bcd_run_advance(run, bcd_run_ticks_total(run));
+        size = bcd_tally_size(bcd_run_tally(run));
+        bytes = malloc(size);
+        assert_non_null(bytes);
+        bcd_tally_save(bcd_run_tally(run), bytes);
+        assert_int_equal(store_results_put_chunk(bench->store, id, chunk, bytes, size), STORE_OK);
+        free(bytes);
+        bcd_run_free(run);
+    }
+    plant = start(bench, 2);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+    assert_same_bytes(bench->store, id, scene);
+}
+
+static void a_full_disk_is_waited_out(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant = start(bench, 2);
+    char id[JOB_ID_SIZE];
+
+    job_bench_submit(bench->store, plant.queue, job_bench_scene(6, 1), id);
+    wait_progress(&plant, id, 0.05);
+    job_bench_disk(true);
+    job_bench_nap(400);
+    assert_int_equal(bench_state(bench->store, id), JOB_RUNNING);
+    job_bench_disk(false);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+    assert_same_bytes(bench->store, id, job_bench_scene(6, 1));
+}
+
+/* A stop does not wait for the disk; what was finished and not stored is done again. */
+static void a_stop_with_a_full_disk_loses_nothing(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant = start(bench, 2);
+    char id[JOB_ID_SIZE];
+
+    job_bench_submit(bench->store, plant.queue, job_bench_scene(6, 1), id);
+    wait_progress(&plant, id, 0.05);
+    job_bench_disk(true);
+    job_bench_nap(200);
+    stop(&plant);
+    job_bench_disk(false);
+    assert_int_equal(bench_state(bench->store, id), JOB_RUNNING);
+    plant = start(bench, 2);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+    assert_same_bytes(bench->store, id, job_bench_scene(6, 1));
+}
+
+/* ------------------------------------------------------------------------ cancel */
+
+static void cancel(struct plant *plant, const char *id)
+{
+    if (store_jobs_cancel(plant->bench->store, id) == STORE_OK)
+        queue_cancel(plant->queue, id);
+}
+
+static void a_cancelled_job_makes_room(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant = start(bench, 2);
+    char id[JOB_ID_SIZE], next[JOB_ID_SIZE];
+    struct blob blob;
+
+    job_bench_submit(bench->store, plant.queue, long_scene(), id);
+    wait_progress(&plant, id, 0.05);
+    cancel(&plant, id);
+    job_bench_submit(bench->store, plant.queue, job_bench_scene(2, 1), next);
+    assert_int_equal(job_bench_wait(bench->store, next), JOB_DONE);
+    stop(&plant);
+    assert_int_equal(bench_state(bench->store, id), JOB_CANCELLED);
+    assert_int_equal(store_results_get(bench->store, id, "msd", &blob), STORE_NOT_FOUND);
+    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM checkpoints"), 0);
+    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM chunks"), 0);
+}
+
+enum { RACES = 40 };
+
+/* Cancels come at every moment of short jobs' lives: each ends either way, and cleanly. */
+static void a_cancel_may_meet_the_end(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant = start(bench, 3);
+    char id[RACES][JOB_ID_SIZE];
+    int64_t counts[JOB_STATES];
+
+    for (int i = 0; i < RACES; i++) {
+        struct bcd_scene *scene =
+            experiment_scene("{'particles':10,'length':20,'diameter':0.5,'time':%d,"
+                             "'time_step':0.001,'realizations':40,'seed':%d,'observables':{"
+                             "'energy':{}}}",
+                             1 + i % 4, i);
+        job_bench_submit(bench->store, plant.queue, scene, id[i]);
+        if (i > 0) {
+            job_bench_nap(i % 7);
+            cancel(&plant, id[i - 1]);
+        }
+    }
+    for (int i = 0; i < RACES; i++) {
+        enum job_state ended = job_bench_wait(bench->store, id[i]);
+        enum store_status found;
+        struct blob blob = {0};
+
+        assert_true(ended == JOB_DONE || ended == JOB_CANCELLED);
+        found = store_results_get(bench->store, id[i], "energy", &blob);
+        assert_int_equal(found, ended == JOB_DONE ? STORE_OK : STORE_NOT_FOUND);
+        blob_fini(&blob);
+    }
+    stop(&plant);
+    assert_int_equal(store_jobs_counts(bench->store, counts), STORE_OK);
+    assert_int_equal(counts[JOB_DONE] + counts[JOB_CANCELLED], RACES);
+    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM chunks"), 0);
+    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM checkpoints"), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        BENCH_TEST(any_number_of_workers_gives_the_same_bytes),
+        BENCH_TEST(chunks_of_many_realizations),
+        BENCH_TEST(a_stopped_job_goes_on_where_it_was),
+        BENCH_TEST(progress_grows_from_nothing_to_all),
+        BENCH_TEST(a_damaged_checkpoint_is_dropped),
+        BENCH_TEST(a_damaged_tally_fails_the_job),
+        BENCH_TEST(a_job_with_all_chunks_is_finished_at_start),
+        BENCH_TEST(a_full_disk_is_waited_out),
+        BENCH_TEST(a_stop_with_a_full_disk_loses_nothing),
+        BENCH_TEST(a_cancelled_job_makes_room),
+        BENCH_TEST(a_cancel_may_meet_the_end),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
