@@ -13,19 +13,20 @@
 static const struct cli_command commands[] = {
     {.name = "run",
      .usage = "JOB.json [--workers N] [--csv OBSERVABLE | --svg OBSERVABLE | --record] [--quiet]",
-     .doc = "runs a job and prints its results as JSON\n"
-            "The numbers are those of the service, bit for bit, whatever the number of workers.\n"
-            "\n"
-            "  JOB.json          the job; - reads it from stdin\n"
-            "  --workers N       threads (default: all cores)\n"
-            "  --csv OBSERVABLE  prints this observable as CSV instead\n"
-            "  --svg OBSERVABLE  prints this observable as a picture instead\n"
-            "  --record          prints {\"job\", \"derived\", \"results\"}\n"
-            "  --quiet           no progress bar (there is none either unless stderr is a "
-            "terminal)\n"
-            "\n"
-            "Exit status: 0 done, 1 the job is wrong or failed, 2 wrong command line, 130 ended by\n"
-            "Ctrl-C.",
+     .doc =
+         "runs a job and prints its results as JSON\n"
+         "The numbers are those of the service, bit for bit, whatever the number of workers.\n"
+         "\n"
+         "  JOB.json          the job; - reads it from stdin\n"
+         "  --workers N       threads (default: all cores)\n"
+         "  --csv OBSERVABLE  prints this observable as CSV instead\n"
+         "  --svg OBSERVABLE  prints this observable as a picture instead\n"
+         "  --record          prints {\"job\", \"derived\", \"results\"}\n"
+         "  --quiet           no progress bar (there is none either unless stderr is a "
+         "terminal)\n"
+         "\n"
+         "Exit status: 0 done, 1 the job is wrong or failed, 2 wrong command line, 130 ended by\n"
+         "Ctrl-C.",
      .function = cli_run},
     {.name = "check",
      .usage = "JOB.json",

@@ -36,8 +36,8 @@ bool cli_parse_integer(const char *text, int64_t min, int64_t max, int64_t *valu
  * and a scene that the caller frees, or CLI_FAILED. */
 int cli_load_job(const char *path, struct bcd_scene **scene);
 
-/* Prints the text on stdout and frees it; NULL = out of memory. CLI_FAILED, with words on stderr, when
- * it could not be written in full. */
+/* Prints the text on stdout and frees it; NULL = out of memory. CLI_FAILED, with words on stderr,
+ * when it could not be written in full. */
 int cli_print_take(char *text);
 
 #endif

@@ -46,21 +46,21 @@ struct motion {
 struct job {
     const struct bcd_scene *scene;
     int64_t chunks;
-    _Atomic int64_t next;       /* first chunk that nobody took */
-    atomic_bool stop;           /* a signal, or a worker that failed */
-    _Atomic int64_t ticks;      /* of finished chunks */
-    struct motion *motion;      /* [workers] */
+    _Atomic int64_t next;  /* first chunk that nobody took */
+    atomic_bool stop;      /* a signal, or a worker that failed */
+    _Atomic int64_t ticks; /* of finished chunks */
+    struct motion *motion; /* [workers] */
     size_t workers;
-    pthread_mutex_t mutex;      /* guards what follows */
-    pthread_cond_t changed;     /* a worker ended */
+    pthread_mutex_t mutex;  /* guards what follows */
+    pthread_cond_t changed; /* a worker ended */
     size_t ended;
-    int64_t merged;             /* chunks whose tallies are in `whole` */
+    int64_t merged; /* chunks whose tallies are in `whole` */
     struct {
         void *bytes;
         size_t size;
-    } *waiting;                 /* [chunks]: finished before their turn */
+    } * waiting; /* [chunks]: finished before their turn */
     struct bcd_tally *whole, *part;
-    struct bcd_error error;     /* the first failure; code BCD_OK = none */
+    struct bcd_error error; /* the first failure; code BCD_OK = none */
 };
 
 struct worker {
@@ -140,9 +140,12 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
                          struct options *options)
 {
     static const struct option names[] = {
-        {"workers", required_argument, NULL, 'w'}, {"csv", required_argument, NULL, 'c'},
-        {"svg", required_argument, NULL, 's'},     {"record", no_argument, NULL, 'r'},
-        {"quiet", no_argument, NULL, 'q'},         {"help", no_argument, NULL, 'h'},
+        {"workers", required_argument, NULL, 'w'},
+        {"csv", required_argument, NULL, 'c'},
+        {"svg", required_argument, NULL, 's'},
+        {"record", no_argument, NULL, 'r'},
+        {"quiet", no_argument, NULL, 'q'},
+        {"help", no_argument, NULL, 'h'},
         {0},
     };
     int c;
@@ -257,8 +260,8 @@ static enum bcd_status put_tally(struct job *job, int64_t chunk, const struct bc
     job->waiting[chunk].size = size;
     while (status == BCD_OK && job->merged < job->chunks && job->waiting[job->merged].bytes) {
         int64_t turn = job->merged;
-        status = bcd_tally_restore(job->part, job->waiting[turn].bytes, job->waiting[turn].size,
-                                   error);
+        status =
+            bcd_tally_restore(job->part, job->waiting[turn].bytes, job->waiting[turn].size, error);
         if (status == BCD_OK)
             bcd_tally_merge(job->whole, job->part);
         free(job->waiting[turn].bytes);
@@ -335,8 +338,8 @@ static void show_progress(struct job *job, int64_t started_ns)
     fflush(stderr);
 }
 
-/* Waits until all workers have ended; shows progress and takes signals meanwhile. Returns the number
- * of the signal that ended the job, or 0. */
+/* Waits until all workers have ended; shows progress and takes signals meanwhile. Returns the
+ * number of the signal that ended the job, or 0. */
 static int watch(struct job *job, const sigset_t *signals, bool show)
 {
     const struct timespec none = {0};
@@ -370,7 +373,8 @@ static int watch(struct job *job, const sigset_t *signals, bool show)
 
 /* --------------------------------------------------------------------- job */
 
-/* Starts up to job->workers threads, all of them with the signals blocked; sets how many there are. */
+/* Starts up to job->workers threads, all of them with the signals blocked; sets how many there are.
+ */
 static void start_workers(struct job *job, struct worker *workers)
 {
     size_t wanted = job->workers;
@@ -380,6 +384,18 @@ static void start_workers(struct job *job, struct worker *workers)
         if (pthread_create(&workers[i].thread, NULL, work, &workers[i]) != 0)
             break;
         job->workers++;
+    }
+}
+
+/* What ends a job; but what whoever started us wants ignored (nohup) stays ignored. */
+static void choose_signals(sigset_t *signals)
+{
+    static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+    sigemptyset(signals);
+    for (size_t i = 0; i < sizeof ending / sizeof *ending; i++) {
+        struct sigaction action;
+        if (sigaction(ending[i], NULL, &action) == 0 && action.sa_handler != SIG_IGN)
+            sigaddset(signals, ending[i]);
     }
 }
 
@@ -411,10 +427,7 @@ static int run_job(const struct bcd_scene *scene, const struct options *options,
                       .mutex = PTHREAD_MUTEX_INITIALIZER,
                       .changed = PTHREAD_COND_INITIALIZER};
     sigset_t signals, before;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGTERM);
-    sigaddset(&signals, SIGHUP);
+    choose_signals(&signals);
     job.workers = (size_t)(options->workers < job.chunks ? options->workers : job.chunks);
     job.motion = calloc(job.workers, sizeof *job.motion);
     job.waiting = calloc((size_t)job.chunks, sizeof *job.waiting);

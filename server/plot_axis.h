@@ -24,16 +24,16 @@ enum plot_fit {
 
 struct plot_axis {
     bool log;
-    double min, max;  /* values at the ends */
-    double from, to;  /* pixels at the ends */
+    double min, max; /* values at the ends */
+    double from, to; /* pixels at the ends */
 };
 
 struct plot_tick {
-    double at;      /* value */
-    bool major;     /* has a label */
-    bool power;     /* the label is text, then 10 to the exponent */
+    double at;  /* value */
+    bool major; /* has a label */
+    bool power; /* the label is text, then 10 to the exponent */
     int exponent;
-    char text[32];  /* UTF-8 */
+    char text[32]; /* UTF-8 */
 };
 enum { PLOT_TICKS_MAX = 128 };
 struct plot_ticks {
@@ -43,7 +43,8 @@ struct plot_ticks {
 };
 
 /* Chooses min and max of an axis (log and pixels already set) so that lo..hi is shown well. For a
- * logarithmic axis both are positive. lo <= hi, of magnitude 0 or PLOT_VALUE_MIN..MAX; equal is fine. */
+ * logarithmic axis both are positive. lo <= hi, of magnitude 0 or PLOT_VALUE_MIN..MAX; equal is
+ * fine. */
 void plot_axis_fit(struct plot_axis *axis, double lo, double hi, enum plot_fit fit);
 
 /* Pixel of a value; beyond the ends, the pixel of the end. */

@@ -159,8 +159,8 @@ static void print_line(struct text *svg, const struct plot_points *points,
     }
     text_add(svg, "\"/>\n");
     for (size_t i = 0; i < points->count; i++) {
-        bool alone = (i == 0 || isnan(p[i - 1].value)) &&
-                     (i + 1 == points->count || isnan(p[i + 1].value));
+        bool alone =
+            (i == 0 || isnan(p[i - 1].value)) && (i + 1 == points->count || isnan(p[i + 1].value));
         if (isnan(p[i].value) || (points->count > DOTS_MAX && !alone))
             continue;
         text_add(svg, "<circle class=\"dot\" cx=\"");

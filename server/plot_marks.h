@@ -21,7 +21,8 @@
     "<path d=\"M0 0H24\" stroke=\"" PLOT_BLUE "\" stroke-width=\"2\"/>"                            \
     "<circle cx=\"12\" r=\"3\" fill=\"" PLOT_BLUE "\"/>"
 #define PLOT_KEY_BAR                                                                               \
-    "<rect x=\"5\" y=\"-6\" width=\"14\" height=\"12\" fill=\"" PLOT_BLUE "\" fill-opacity=\".6\"/>"
+    "<rect x=\"5\" y=\"-6\" width=\"14\" height=\"12\" fill=\"" PLOT_BLUE "\" "                    \
+                                                                          "fill-opacity=\".6\"/>"
 #define PLOT_KEY_BAND                                                                              \
     "<rect y=\"-6\" width=\"24\" height=\"12\" fill=\"" PLOT_BLUE "\" fill-opacity=\".25\"/>"
 #define PLOT_KEY_WHISKER                                                                           \

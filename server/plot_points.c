@@ -160,9 +160,9 @@ static void measure(struct plot_points *points)
         include(&points->y, p->theory);
         /* On a logarithmic axis an error bar may reach to 0 and below; a tenth is enough of it.
          * Bars of counts stand on 0. */
-        double floor_y = points->log_y                      ? p->value / 10
+        double floor_y = points->log_y                   ? p->value / 10
                          : points->bars && p->value >= 0 ? 0
-                                                            : -DBL_MAX;
+                                                         : -DBL_MAX;
         include(&points->y, isnan(p->low) ? NAN : fmax(p->low, floor_y));
         include(&points->y, p->high);
         include(&points->y, isnan(p->step_low) ? NAN : fmax(p->step_low, floor_y));

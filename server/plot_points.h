@@ -26,7 +26,7 @@ struct plot_points {
     struct plot_point *point;
     size_t count;
     bool log_x, log_y;
-    bool bars;    /* x are the integers 1, 2, 3, ...: to be drawn as bars */
+    bool bars;                  /* x are the integers 1, 2, 3, ...: to be drawn as bars */
     bool errors, steps, theory; /* there is at least one of them */
     struct plot_range x, y;
 };

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * A plot is 800 wide and 540 high: title, legend, frame, axis titles and small print below one
- * another, so that nothing ever lies over the data. Colours are Okabe and Ito's, told apart by
- * colour-blind readers, and lines differ in their dashes as well.
+ * A plot is 800 wide and 540 high (one number: 276): title, legend, frame, axis titles and small
+ * print below one another, so that nothing ever lies over the data. Colours are Okabe and Ito's,
+ * told apart by colour-blind readers, and lines differ in their dashes as well.
  */
 #include "plot_svg.h"
 #include "plot_axis.h"
@@ -14,7 +14,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { WIDTH = 800, HEIGHT = 540, SCALAR_HEIGHT = 250, RIGHT = WIDTH - 28, SMALL_LINES_MAX = 3 };
+enum { WIDTH = 800, HEIGHT = 540, SCALAR_HEIGHT = 276, RIGHT = WIDTH - 28, SMALL_LINES_MAX = 3 };
 enum { TITLE_SIZE = 18, LABEL_SIZE = 15, TICK_SIZE = 13, SMALL_SIZE = 11 };
 
 #define INK "#222222"
@@ -103,7 +103,7 @@ static void add_line(struct text *svg, const struct line *line, const char *stri
 /* The small print, broken at spaces. Draws when svg is given; returns the number of lines. */
 static int small_print(struct text *svg, const char *string, int y)
 {
-    size_t most = (size_t)((WIDTH - 32) / (0.6 * SMALL_SIZE));
+    size_t most = (size_t)((WIDTH - 32) / (0.54 * SMALL_SIZE));
     int lines = 0;
     while (*string && lines < SMALL_LINES_MAX) {
         char piece[1024];
@@ -121,8 +121,10 @@ static int small_print(struct text *svg, const char *string, int y)
         snprintf(piece, sizeof piece, "%.*s%s", (int)end, string,
                  last && string[end] ? "\xE2\x80\xA6" : "");
         if (svg)
-            add_line(svg, &(struct line){16, y + 15 * lines, 2 * WIDTH, SMALL_SIZE, START,
-                                         "fill=\"" PALE "\""}, piece);
+            add_line(svg,
+                     &(struct line){16, y + 15 * lines, 2 * WIDTH, SMALL_SIZE, START,
+                                    "fill=\"" PALE "\""},
+                     piece);
         string += end + strspn(string + end, " ");
         lines++;
     }
@@ -153,8 +155,10 @@ static void open_picture(struct text *svg, const struct bcd_table *table, const 
             text_add_number(svg, table->note[i].number);
     }
     text_add(svg, "</desc>\n<rect width=\"%d\" height=\"%d\" fill=\"#ffffff\"/>\n", WIDTH, height);
-    add_line(svg, &(struct line){16, 30, WIDTH - 32, TITLE_SIZE, START,
-                                 "font-weight=\"bold\" fill=\"" INK "\""}, title);
+    add_line(svg,
+             &(struct line){16, 30, WIDTH - 32, TITLE_SIZE, START,
+                            "font-weight=\"bold\" fill=\"" INK "\""},
+             title);
 }
 
 /* ------------------------------------------------------------------ legend */
@@ -223,8 +227,7 @@ static void add_x_axis(struct text *svg, const struct plot_axis *x, const struct
         const struct plot_tick *tick = &ticks->tick[i];
         double at = plot_axis_pixel(x, tick->at);
         if (tick->major)
-            add_segment(svg, (double[]){at, y->from}, (double[]){at, y->to},
-                        "stroke=\"" GRID "\"");
+            add_segment(svg, (double[]){at, y->from}, (double[]){at, y->to}, "stroke=\"" GRID "\"");
         add_segment(svg, (double[]){at, y->from}, (double[]){at, y->from + (tick->major ? 6 : 3)},
                     "stroke=\"" INK "\"");
         if (tick->major)
@@ -239,8 +242,7 @@ static void add_y_axis(struct text *svg, const struct plot_axis *x, const struct
         const struct plot_tick *tick = &ticks->tick[i];
         double at = plot_axis_pixel(y, tick->at);
         if (tick->major)
-            add_segment(svg, (double[]){x->from, at}, (double[]){x->to, at},
-                        "stroke=\"" GRID "\"");
+            add_segment(svg, (double[]){x->from, at}, (double[]){x->to, at}, "stroke=\"" GRID "\"");
         add_segment(svg, (double[]){x->from - (tick->major ? 6 : 3), at}, (double[]){x->from, at},
                     "stroke=\"" INK "\"");
         if (tick->major)
@@ -305,8 +307,8 @@ static void add_nothing(struct text *svg, const struct bcd_table *table, const s
     const struct bcd_column *value = bcd_table_column(table, BCD_ROLE_VALUE);
     const char *reason = value && !value->values ? value->reason : "";
     double middle = (x->from + x->to) / 2;
-    struct line line = {middle, (y->from + y->to) / 2, x->to - x->from - 20, TITLE_SIZE, MIDDLE,
-                        "fill=\"" PALE "\""};
+    struct line line = {middle, (y->from + y->to) / 2, x->to - x->from - 20, TITLE_SIZE,
+                        MIDDLE, "fill=\"" PALE "\""};
     add_line(svg, &line, "no data");
     line.y += 24;
     line.size = TICK_SIZE;
@@ -341,8 +343,10 @@ static void draw_plot(struct text *svg, const struct bcd_table *table, struct pl
     plot_add_point(svg, 'L', x.to, y.from);
     text_add(svg, "\" fill=\"none\" stroke=\"" INK "\"/>\n");
     double middle = (y.from + y.to) / 2;
-    add_line(svg, &(struct line){(x.from + x.to) / 2, y.from + 44, x.to - x.from - 120, LABEL_SIZE,
-                                 MIDDLE, "fill=\"" INK "\""}, table->x_label);
+    add_line(svg,
+             &(struct line){(x.from + x.to) / 2, y.from + 44, x.to - x.from - 120, LABEL_SIZE,
+                            MIDDLE, "fill=\"" INK "\""},
+             table->x_label);
     text_add(svg, "<g transform=\"translate(24 %d) rotate(-90)\">\n", (int)middle);
     add_line(svg, &(struct line){0, 0, y.from - y.to, LABEL_SIZE, MIDDLE, "fill=\"" INK "\""},
              table->y_label[0] ? table->y_label : table->name);
@@ -355,10 +359,9 @@ static void draw_plot(struct text *svg, const struct bcd_table *table, struct pl
 /* " x 10^n", the exponent in raised digits; nothing for n = 0. */
 static void print_power(char *out, size_t size, int power)
 {
-    static const char *const raised[] = {"\xE2\x81\xB0", "\xC2\xB9",     "\xC2\xB2",
-                                         "\xC2\xB3",     "\xE2\x81\xB4", "\xE2\x81\xB5",
-                                         "\xE2\x81\xB6", "\xE2\x81\xB7", "\xE2\x81\xB8",
-                                         "\xE2\x81\xB9"};
+    static const char *const raised[] = {
+        "\xE2\x81\xB0", "\xC2\xB9",     "\xC2\xB2",     "\xC2\xB3",     "\xE2\x81\xB4",
+        "\xE2\x81\xB5", "\xE2\x81\xB6", "\xE2\x81\xB7", "\xE2\x81\xB8", "\xE2\x81\xB9"};
     char digits[16];
     out[0] = '\0';
     if (power == 0)
@@ -405,9 +408,10 @@ static void draw_scalar(struct text *svg, const struct bcd_table *table, struct 
     struct plot_axis x = {.from = 40, .to = WIDTH - 40}, y = {.from = 186, .to = 136};
     struct plot_ticks ticks;
     char words[160], theory[80];
+    int lines = small_print(NULL, subtitle, 0);
     if (isnan(p.value)) {
         add_nothing(svg, table, &x, &y);
-        small_print(svg, subtitle, SCALAR_HEIGHT - 8);
+        small_print(svg, subtitle, SCALAR_HEIGHT - 8 - 15 * (lines - 1));
         return;
     }
     double error = p.high - p.value;
@@ -427,6 +431,5 @@ static void draw_scalar(struct text *svg, const struct bcd_table *table, struct 
     add_segment(svg, (double[]){x.from, y.from}, (double[]){x.to, y.from}, "stroke=\"" INK "\"");
     plot_scalar_print(svg, &p, &x, (y.from + y.to) / 2);
     add_legend(svg, table, points, 40, 118);
-    if (small_print(NULL, subtitle, 0) == 1)
-        small_print(svg, subtitle, SCALAR_HEIGHT - 8);
+    small_print(svg, subtitle, SCALAR_HEIGHT - 8 - 15 * (lines - 1));
 }

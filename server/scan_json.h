@@ -18,12 +18,12 @@ void scan_json_append(char *pointer, const char *key);
 size_t scan_json_depth(const char *text);
 
 /* Adds a fault for each number and word that starts before `end` and that a double cannot hold:
- * 1e400, integers beyond 64 bits, 1e-400 (which would silently become 0), NaN, Infinity. Returns how
- * many. text is NUL-terminated. */
+ * 1e400, integers beyond 64 bits, 1e-400 (which would silently become 0), NaN, Infinity. Returns
+ * how many. text is NUL-terminated. */
 size_t scan_json_numbers(const char *text, size_t end, struct bcd_errors *errors);
 
-/* Pointer of the key whose text ends at byte `end` (its closing quote is the byte before); false when
- * there is none. */
+/* Pointer of the key whose text ends at byte `end` (its closing quote is the byte before); false
+ * when there is none. */
 bool scan_json_key(const char *text, size_t end, char pointer[SCAN_POINTER_SIZE]);
 
 #endif

@@ -155,8 +155,8 @@ static void explain(const char *text, const json_error_t *error, struct bcd_erro
     size_t position = error->position > 0 ? (size_t)error->position : 0;
     if (json_error_code(error) == json_error_duplicate_key) {
         scan_json_key(text, position, pointer);
-        bcd_errors_add(errors, pointer, "is given more than once (line %d, column %d)",
-                       error->line, error->column);
+        bcd_errors_add(errors, pointer, "is given more than once (line %d, column %d)", error->line,
+                       error->column);
     } else if (scan_json_numbers(text, position, errors) == 0) {
         bcd_errors_add(errors, "", "is not JSON: line %d, column %d: %s", error->line,
                        error->column, error->text);
@@ -171,7 +171,8 @@ static void read_job(json_t *object, struct bcd_scene *scene, struct bcd_errors 
     struct bcd_group *group = bcd_scene_job(scene);
     const char *key;
     json_t *value;
-    json_object_foreach(object, key, value) {
+    json_object_foreach(object, key, value)
+    {
         const struct bcd_param *row = bcd_group_find(group, key);
         int slot = 0;
         while (slot < BCD_SLOT_COUNT && strcmp(bcd_slot_key(slot), key) != 0)
@@ -202,8 +203,7 @@ static void read_part(json_t *object, struct bcd_scene *scene, enum bcd_slot slo
     scan_json_append(pointer, bcd_slot_key(slot));
     scan_json_append(pointer, "type");
     if (!json_is_string(type) || !has_part(slot, json_string_value(type))) {
-        fault_no_part(slot, pointer,
-                      json_is_string(type) ? json_string_value(type) : NULL, errors);
+        fault_no_part(slot, pointer, json_is_string(type) ? json_string_value(type) : NULL, errors);
         return;
     }
     struct bcd_group *group = bcd_scene_add(scene, slot, json_string_value(type), errors);
@@ -228,7 +228,8 @@ static void read_slot(json_t *value, struct bcd_scene *scene, enum bcd_slot slot
         read_part(value, scene, slot, errors);
         return;
     }
-    json_object_foreach(value, key, part) {
+    json_object_foreach(value, key, part)
+    {
         char place[SCAN_POINTER_SIZE];
         memcpy(place, pointer, sizeof place);
         scan_json_append(place, key);
@@ -250,7 +251,8 @@ static void read_group(json_t *object, struct bcd_group *group, const char *skip
 {
     const char *key;
     json_t *value;
-    json_object_foreach(object, key, value) {
+    json_object_foreach(object, key, value)
+    {
         const struct bcd_param *row = bcd_group_find(group, key);
         if (row)
             read_value(value, group, row, errors);
@@ -280,8 +282,7 @@ static void read_value(json_t *value, struct bcd_group *group, const struct bcd_
         char pointer[SCAN_POINTER_SIZE];
         snprintf(pointer, sizeof pointer, "%s", group->pointer);
         scan_json_append(pointer, row->name);
-        bcd_errors_add(errors, pointer, "must be %s, not %s", wanted[row->type],
-                       type_name(value));
+        bcd_errors_add(errors, pointer, "must be %s, not %s", wanted[row->type], type_name(value));
         /* One fault is enough: it was not left out. */
         group->given |= (uint64_t)1 << (row - group->rows);
     }
@@ -335,9 +336,8 @@ static void know(struct known *known, const char *name, const char *given)
         known->edits = n;
     }
     if (known->used < sizeof known->list)
-        known->used += (size_t)snprintf(known->list + known->used,
-                                        sizeof known->list - known->used, "%s%s",
-                                        known->used ? ", " : "", name);
+        known->used += (size_t)snprintf(known->list + known->used, sizeof known->list - known->used,
+                                        "%s%s", known->used ? ", " : "", name);
 }
 
 /* The index-th key that a group knows: its rows, then "type" or the job's parts. */
@@ -353,8 +353,7 @@ static const char *known_key(const struct bcd_group *group, size_t index)
     return NULL;
 }
 
-static void fault_unknown(const struct bcd_group *group, const char *key,
-                          struct bcd_errors *errors)
+static void fault_unknown(const struct bcd_group *group, const char *key, struct bcd_errors *errors)
 {
     char pointer[SCAN_POINTER_SIZE];
     struct known known = {0};

@@ -66,8 +66,8 @@ void text_add_xml(struct text *text, const char *string)
     for (const char *c = string; *c;) {
         size_t length = text_utf8(c);
         bool control = (unsigned char)*c < 0x20 && !strchr("\t\n\r", *c);
-        bool noncharacter = length == 3 && (!memcmp(c, "\xEF\xBF\xBE", 3) ||
-                                            !memcmp(c, "\xEF\xBF\xBF", 3));
+        bool noncharacter =
+            length == 3 && (!memcmp(c, "\xEF\xBF\xBE", 3) || !memcmp(c, "\xEF\xBF\xBF", 3));
         if (length == 0 || control || noncharacter)
             text_add_bytes(text, REPLACEMENT, 3);
         else if (strchr("<>&\"'", *c))

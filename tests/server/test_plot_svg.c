@@ -182,7 +182,8 @@ static void test_loglog(void **state)
     assert_int_equal(bounds(path(svg, "band", 0)).points, 80);
     assert_non_null(path(svg, "guide", 1));
     assert_null(path(svg, "guide", 2));
-    assert_non_null(strstr(svg, "10<tspan dy=\"-5\" font-size=\"10\">\xE2\x88\x92" "3</tspan>"));
+    assert_non_null(strstr(svg, "10<tspan dy=\"-5\" font-size=\"10\">\xE2\x88\x92"
+                                "3</tspan>"));
     assert_non_null(strstr(svg, ">t<tspan"));
     assert_non_null(strstr(svg, "y (1/length)</text>"));
     assert_non_null(strstr(svg, ">subtitle</text>"));
@@ -283,9 +284,9 @@ static void test_nothing(void **state)
 /* Every mixture of awkward numbers, on every kind of axis. */
 static void test_awkward_numbers(void **state)
 {
-    static const double odd[] = {0,      1,       -1,     1e308,  -1e308,  5e-324, 1e-300,
-                                 1e300,  -1e-7,   1e15,   NAN,    INFINITY, 0.1,   1e-290,
-                                 -1e290, 1 + 1e-15, 1e5, 99999.5, 1e-3, 123456789};
+    static const double odd[] = {0,      1,         -1,   1e308,   -1e308,   5e-324,   1e-300,
+                                 1e300,  -1e-7,     1e15, NAN,     INFINITY, 0.1,      1e-290,
+                                 -1e290, 1 + 1e-15, 1e5,  99999.5, 1e-3,     123456789};
     enum { ODD = sizeof odd / sizeof *odd };
     struct fixture *f = begin(state, "msd", 4);
     double *column[5];
@@ -318,7 +319,8 @@ static void test_constant(void **state)
     struct box frame = bounds(path(svg, "frame", 0)), line = bounds(path(svg, "value", 0));
     assert_true(line.top == line.bottom);
     assert_true(line.top > frame.top + 50 && line.top < frame.bottom - 50);
-    assert_non_null(strstr(svg, "10<tspan dy=\"-5\" font-size=\"10\">\xE2\x88\x92" "7</tspan>"));
+    assert_non_null(strstr(svg, "10<tspan dy=\"-5\" font-size=\"10\">\xE2\x88\x92"
+                                "7</tspan>"));
     free(svg);
     f->table.rows = 1;
     svg = drawn(&f->table);
@@ -369,7 +371,8 @@ static void test_scalar(void **state)
     f->values[0][0] = -1.23e-10;
     f->values[1][0] = 4e-12;
     svg = drawn(&f->table);
-    assert_non_null(strstr(svg, ">(\xE2\x88\x92" "1.230 \xC2\xB1 0.040) \xC3\x97 10\xE2\x81\xBB"
+    assert_non_null(strstr(svg, ">(\xE2\x88\x92"
+                                "1.230 \xC2\xB1 0.040) \xC3\x97 10\xE2\x81\xBB"
                                 "\xC2\xB9\xE2\x81\xB0</text>"));
     free(svg);
 }
@@ -429,7 +432,8 @@ static void test_words(void **state)
     assert_null(strstr(svg, "<sub"));
     assert_non_null(strstr(svg, "\xE2\x80\xA6</text>")); /* the title is cut where drawn */
     assert_non_null(strstr(svg, "&#60;&#38;&#34;&#39;&#62;</text>"));
-    assert_non_null(strstr(svg, "a &#60;sub&#62; &#38; &#34;title&#34; \xEF\xBF\xBD\xEF\xBF\xBD</text>"));
+    assert_non_null(
+        strstr(svg, "a &#60;sub&#62; &#38; &#34;title&#34; \xEF\xBF\xBD\xEF\xBF\xBD</text>"));
     free(svg);
     svg = plot_svg_print(&f->table, "", NULL);
     assert_well_formed(svg);
@@ -460,7 +464,8 @@ static void test_ticks(void **state)
     plot_print_fixed(out, sizeof out, -0.004, 2);
     assert_string_equal(out, "0.00");
     plot_print_fixed(out, sizeof out, -12.3456, 3);
-    assert_string_equal(out, "\xE2\x88\x92" "12.346");
+    assert_string_equal(out, "\xE2\x88\x92"
+                             "12.346");
 }
 
 int main(void)

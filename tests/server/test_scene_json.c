@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Jobs as JSON: what is read, what is refused and where, and that writing and reading again gives the
- * same job. */
+ * Jobs as JSON: what is read, what is refused and where, and that writing and reading again gives
+ * the same job. */
 #include "json_number.h"
 #include "limits.h"
 #include "scan_json.h"
@@ -130,10 +130,10 @@ static void test_printed(void **state)
         accepted("{\"particles\":3,\"length\":2.0,\"time\":1e-3,\"observables\":{\"current\":{}},"
                  "\"potential\":{\"type\":\"cosine\",\"amplitude\":6}}");
     char *text = scene_json_job(scene);
-    static const char *const pieces[] = {
-        "{\"model\":\"hard_rods\",\"particles\":3,\"length\":2,", "\"diameter\":0,",
-        "\"time\":0.001,", "\"potential\":{\"type\":\"cosine\",\"amplitude\":6,",
-        "\"observables\":{\"current\":{}}"};
+    static const char *const pieces[] = {"{\"model\":\"hard_rods\",\"particles\":3,\"length\":2,",
+                                         "\"diameter\":0,", "\"time\":0.001,",
+                                         "\"potential\":{\"type\":\"cosine\",\"amplitude\":6,",
+                                         "\"observables\":{\"current\":{}}"};
     for (size_t i = 0; i < sizeof pieces / sizeof *pieces; i++)
         if (!strstr(text, pieces[i]))
             fail_msg("%s is missing in %s", pieces[i], text);
@@ -156,8 +156,8 @@ static void test_not_json(void **state)
     refused("{'particles':1," REST "}", "", "is not JSON");
     refused("{\"a\\u0000b\":1," REST "}", "", "is not JSON");
     refused("[[[[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]]]]", "", "deeper than 16");
-    refused("{\"\\\"[[[[[[[[[[[[[[[[[[[[\":1," REST ",\"particles\":1}",
-            "/\"[[[[[[[[[[[[[[[[[[[[", "unknown key");
+    refused("{\"\\\"[[[[[[[[[[[[[[[[[[[[\":1," REST ",\"particles\":1}", "/\"[[[[[[[[[[[[[[[[[[[[",
+            "unknown key");
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
     assert_int_equal(scene_json_parse("{}\0", 3, &scene, &errors), BCD_INVALID);
@@ -222,7 +222,8 @@ static void test_duplicates(void **state)
 static void test_unknown(void **state)
 {
     (void)state;
-    refused("{\"particles\":10,\"frobnicate\":1," REST "}", "/frobnicate", "unknown key; known are model");
+    refused("{\"particles\":10,\"frobnicate\":1," REST "}", "/frobnicate",
+            "unknown key; known are model");
     refused("{\"particles\":10,\"Temprature\":1," REST "}", "/Temprature", "\"temperature\"");
     refused("{\"particles\":10,\"potenial\":null," REST "}", "/potenial", "\"potential\"");
     refused("{\"particles\":10,\"a/~b\":1," REST "}", "/a~1~0b", "unknown key");
@@ -230,11 +231,13 @@ static void test_unknown(void **state)
     refused("{\"particles\":10,\"length\":20,\"time\":1,\"observables\":{\"current\":{\"x\":1}}}",
             "/observables/current/x", "no parameters");
     refused("{\"particles\":10," REST ",\"potential\":{\"type\":\"cosine\",\"amplitud\":1,"
-            "\"amplitude\":1}}", "/potential/amplitud", "\"amplitude\"");
+            "\"amplitude\":1}}",
+            "/potential/amplitud", "\"amplitude\"");
     refused("{\"particles\":10," REST ",\"potential\":{\"type\":\"cosin\"}}", "/potential/type",
             "\"cosine\"");
     refused("{\"particles\":10,\"length\":20,\"time\":1,"
-            "\"observables\":{\"energy\":{},\"a/b\":{}}}", "/observables/a~1b", "known are");
+            "\"observables\":{\"energy\":{},\"a/b\":{}}}",
+            "/observables/a~1b", "known are");
 }
 
 static void test_types(void **state)
@@ -269,9 +272,10 @@ static void test_all_at_once(void **state)
                            "\"observables\":{\"msd\":{\"points\":0},\"mds\":{}}}",
                            &scene, &errors),
                      BCD_INVALID);
-    static const char *const pointers[] = {
-        "/particles", "/frobnicate", "/length", "/seed", "/potential/type",
-        "/observables/msd/points", "/observables/mds", "/time"};
+    static const char *const pointers[] = {"/particles",       "/frobnicate",
+                                           "/length",          "/seed",
+                                           "/potential/type",  "/observables/msd/points",
+                                           "/observables/mds", "/time"};
     for (size_t i = 0; i < sizeof pointers / sizeof *pointers; i++)
         if (!fault_at(&errors, pointers[i]))
             fail_msg("no fault at %s", pointers[i]);
@@ -311,11 +315,21 @@ static void test_number_text(void **state)
     static const struct {
         double v;
         const char *text;
-    } cases[] = {{0, "0"}, {-0.0, "-0.0"}, {0.1, "0.1"}, {1, "1"}, {100, "100"}, {1e15, "1e+15"},
-                 {1.0 / 3, "0.3333333333333333"}, {5e-324, "5e-324"}, {1e-310, "1e-310"},
-                 {1.7976931348623157e308, "1.7976931348623157e+308"}, {NAN, "null"},
-                 {INFINITY, "null"}, {123456789012345678.0, "1.2345678901234568e+17"},
-                 {-2.5e-7, "-2.5e-07"}, {0.30000000000000004, "0.30000000000000004"}};
+    } cases[] = {{0, "0"},
+                 {-0.0, "-0.0"},
+                 {0.1, "0.1"},
+                 {1, "1"},
+                 {100, "100"},
+                 {1e15, "1e+15"},
+                 {1.0 / 3, "0.3333333333333333"},
+                 {5e-324, "5e-324"},
+                 {1e-310, "1e-310"},
+                 {1.7976931348623157e308, "1.7976931348623157e+308"},
+                 {NAN, "null"},
+                 {INFINITY, "null"},
+                 {123456789012345678.0, "1.2345678901234568e+17"},
+                 {-2.5e-7, "-2.5e-07"},
+                 {0.30000000000000004, "0.30000000000000004"}};
     char out[JSON_NUMBER_SIZE];
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -354,11 +368,11 @@ static void test_strings(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),  cmocka_unit_test(test_spelling),
-        cmocka_unit_test(test_printed),     cmocka_unit_test(test_not_json),
-        cmocka_unit_test(test_size_limit),  cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_duplicates),  cmocka_unit_test(test_unknown),
-        cmocka_unit_test(test_types),       cmocka_unit_test(test_all_at_once),
+        cmocka_unit_test(test_round_trip),   cmocka_unit_test(test_spelling),
+        cmocka_unit_test(test_printed),      cmocka_unit_test(test_not_json),
+        cmocka_unit_test(test_size_limit),   cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_duplicates),   cmocka_unit_test(test_unknown),
+        cmocka_unit_test(test_types),        cmocka_unit_test(test_all_at_once),
         cmocka_unit_test(test_hostile_keys), cmocka_unit_test(test_number_text),
         cmocka_unit_test(test_strings),
     };
