@@ -2,7 +2,7 @@
  * infinite.c - the infinite system at the ring's mean density (theory.h, transfer.h). */
 #include <math.h>
 
-#include "transfer.h"
+#include "pairs.h"
 
 static const size_t points[] = {15, 23, 35, 53, 79, 119, 179, 269, 405};
 
@@ -15,6 +15,7 @@ static enum bcd_status compute(struct theory_result **result, const struct model
     struct functionals functionals;
     struct profile profile;
     struct matrix rest;
+    struct pairs pairs = {0};
     struct theory_result *fresh = NULL;
     enum bcd_status status = transfer_init(&transfer, model, &scratch, n, error);
     if (status) {
@@ -42,6 +43,18 @@ static enum bcd_status compute(struct theory_result **result, const struct model
     status = profile_finish(fresh, &profile, model, &transfer.grid, &scratch);
     if (status) {
         status = theory_fail(error, status, "out of memory");
+        goto cleanup;
+    }
+    status = pairs_init(&pairs, &transfer, &scratch, error);
+    for (size_t j = 1; j <= pairs.terms && !status; j++) {
+        pairs_add(&pairs, j, &all);
+    }
+    double norm = 0;
+    for (size_t i = 0; i < n; i++) {
+        norm += profile.density[i];
+    }
+    status = status ? status : pairs_finish(fresh, &pairs, norm, &scratch, error);
+    if (status) {
         goto cleanup;
     }
     fresh->pressure = transfer.p * model->system.temperature;

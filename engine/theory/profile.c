@@ -197,12 +197,13 @@ enum bcd_status profile_finish(struct theory_result *result, const struct profil
         grid_analyse(grid, jobs[job].values, coefficient);
         grid_bins(grid, coefficient, model->bin_period, jobs[job].out, jobs[job].bins);
         for (size_t bin = 0; bin < jobs[job].bins; bin++) {
-            jobs[job].out[bin] *= jobs[job].scale;
+            /* Rounding may leave a hair below zero where there is nothing. */
+            jobs[job].out[bin] = fmax(jobs[job].out[bin] * jobs[job].scale, 0);
         }
     }
     double width = wanted->gap_last / (double)wanted->gap_bins;
     for (size_t bin = 0; bin < wanted->gap_bins; bin++) {
-        result->gap[bin] = profile->gap[bin] / sum / width;
+        result->gap[bin] = fmax(profile->gap[bin] / sum / width, 0);
     }
     enum theory_pair_kind kind = model->system.pair.kind;
     result->bonded_fraction = kind == THEORY_BAXTER || kind == THEORY_STICKY ? bonds / sum : NAN;

@@ -61,7 +61,7 @@ double result_distance(const struct theory_result *a, const struct theory_result
 {
     const struct theory_wanted *w = &a->wanted;
     double kT = model->system.temperature;
-    /* Contact densities may fall to exp(-U0/kT): below this no simulation sees them. */
+    /* Pairs near contact may be as rare as exp(-U0/kT): below this no simulation sees them. */
     double floor = 1e-6 * model->density * model->density;
     double distance[] = {
         profile_distance(a->density, b->density, w->density_bins, 0),
@@ -70,7 +70,7 @@ double result_distance(const struct theory_result *a, const struct theory_result
             ? profile_distance(a->contact_window, b->contact_window, w->contact_bins, floor)
             : 0,
         profile_distance(a->pair, b->pair, w->pair_bins, 0),
-        profile_distance(a->gap, b->gap, w->gap_bins, 0),
+        profile_distance(a->gap, b->gap, w->gap_bins, 1e-6 / model->mean_gap),
         scalar_distance(a->energy, b->energy, fabs(b->energy) + kT),
         scalar_distance(a->pressure, b->pressure, fabs(b->pressure)),
         scalar_distance(a->bonded_fraction, b->bonded_fraction, 1),

@@ -90,7 +90,7 @@ struct theory_result {
     double pressure;        /* of the infinite system; NaN for the ring, where U makes it ambiguous */
     double bonded_fraction; /* of gaps: g = 0 (BAXTER) or g < eps (STICKY); NaN otherwise */
     /* Largest change on the last refinement, all of the above: profiles relative to their largest
-     * bin (contact densities: or to 1e-6 rho^2 if that is more), energy relative to |energy| + kT. */
+     * bin (contact and gap densities: or to 1e-6 of an even spread if that is more), energy relative to |energy| + kT. */
     double error;
     size_t points;          /* grid points per period that were used */
     const char *route;      /* "infinite", "contour", "chain" or "percus"; static text */

@@ -148,6 +148,8 @@ static enum bcd_status solve_at(struct transfer *t, double p, double *shifted, d
         }
         power_iterations(t, powers);
         double residual = rayleigh_iterations(t, shifted);
+        /* A last product makes small components as exact, relatively, as the factor w in them. */
+        power_iterations(t, 1);
         if (residual < 1e-10 && t->lambda > 0 && positive(n, t->right) && positive(n, t->left)) {
             build_matrix(t, p, 1, shifted);
             multiply(n, shifted, t->right, t->work);
@@ -174,12 +176,13 @@ static enum bcd_status solve_pressure(struct transfer *t, double *shifted, struc
         if (solve_at(t, exp(x), shifted, &mean_gap)) {
             return theory_fail(error, BCD_INVALID,
                                "transfer operator: no positive eigenvectors on %zu points per "
-                               "period at reduced pressure %g",
+                               "period at reduced pressure %g (potential or stickiness too "
+                               "strong for them to be told apart?)",
                                t->grid.n, exp(x));
         }
         double y = log(mean_gap) - target;
         double slope = (y - before_y) / (x - before_x);
-        slope = slope < -1e-3 && slope > -1e3 ? slope : -1;
+        slope = slope < -1e-12 && slope > -1e3 ? slope : -1;
         /* Variance from the slope while the points are not too close for it. */
         if (isnan(before_x) || fabs(x - before_x) > 1e-5) {
             t->gap_variance = -slope * mean_gap / exp(x);
@@ -200,7 +203,7 @@ static enum bcd_status solve_pressure(struct transfer *t, double *shifted, struc
             break;
         }
     }
-    return fabs(before_y) < 1e-11 ? BCD_OK
+    return fabs(before_y) < 1e-12 ? BCD_OK
                                   : theory_fail(error, BCD_INVALID,
                                                 "no pressure found for a mean gap of %g",
                                                 t->model->mean_gap);

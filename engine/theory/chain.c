@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * chain.c - see chain.h. */
+#include <math.h>
+#include <string.h>
+
+#include "chain.h"
+
+/* Panels refine together with the grid: about 2.7 of their points for one of the grid. */
+static double panel_width(const struct model *model, size_t n, size_t *per_period)
+{
+    double wanted = 6 * model->period / (double)n;
+    if (model->reach > 0) {
+        /* Panels end where the bump ends, and more of them near there on finer grids. */
+        double parts = ceil(model->reach / wanted) + floor((double)n / 60);
+        *per_period = 0;
+        return model->reach / fmax(parts, 1);
+    }
+    *per_period = (size_t)ceil((double)n / 6);
+    return model->period / (double)*per_period;
+}
+
+static size_t panel_count(const struct model *model, size_t n, double last)
+{
+    size_t per_period;
+    double count = ceil(last / panel_width(model, n, &per_period));
+    return count < 1 ? 1 : (size_t)fmin(count, 1e9);
+}
+
+size_t chain_size(const struct model *model, size_t n, double last)
+{
+    return panel_count(model, n, last) * CHAIN_RULE * n;
+}
+
+double chain_cost(const struct model *model, size_t n, double last)
+{
+    size_t per_period;
+    double width = panel_width(model, n, &per_period);
+    double reach = model->reach > 0 ? 1 + model->reach / width : 0;
+    double weights = per_period ? 0 : 40; /* one exponential of a potential counts for as many */
+    return (double)chain_size(model, n, last) * (weights + CHAIN_RULE * 2 * (1 + reach));
+}
+
+/* Cardinal functions of the rule's nodes at t in [-1, 1]: barycentric would divide by zero at the
+ * nodes; 16 points are few enough for the plain products. */
+static void cardinal(const double *node, double t, double *value)
+{
+    for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+        double product = 1;
+        for (size_t mu = 0; mu < CHAIN_RULE; mu++) {
+            product *= mu == nu ? 1 : (t - node[mu]) / (node[nu] - node[mu]);
+        }
+        value[nu] = product;
+    }
+}
+
+static void init_below(struct chain *chain)
+{
+    for (size_t tau = 0; tau < CHAIN_RULE; tau++) {
+        double half = (chain->node[tau] + 1) / 2;
+        for (size_t i = 0; i < CHAIN_RULE; i++) {
+            double value[CHAIN_RULE];
+            cardinal(chain->node, -1 + half * (chain->node[i] + 1), value);
+            for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+                chain->below[tau][nu] +=
+                    half * chain->weight[i] * value[nu] * chain->width / 2;
+            }
+        }
+    }
+}
+
+static enum bcd_status init_bump(struct chain *chain, struct scratch *scratch)
+{
+    const struct model *model = chain->model;
+    if (!(model->reach > 0)) {
+        return BCD_OK;
+    }
+    chain->reach_panels = (size_t)round(model->reach / chain->width);
+    const double everything[2] = {0, model->reach};
+    struct measure points = {.capacity = 4 * measure_capacity(model, everything, 0)};
+    points.gap = scratch_doubles(scratch, points.capacity);
+    points.weight = scratch_doubles(scratch, points.capacity);
+    chain->bump =
+        scratch_doubles(scratch, (chain->reach_panels + 1) * CHAIN_RULE * CHAIN_RULE);
+    if (scratch->failed) {
+        return BCD_NO_MEMORY;
+    }
+    for (size_t d = 0; d <= chain->reach_panels; d++) {
+        for (size_t tau = 0; tau < CHAIN_RULE; tau++) {
+            double offset = (chain->node[tau] + 1) / 2 * chain->width;
+            double top = offset + (double)d * chain->width;
+            const double range[2] = {top - chain->width, top};
+            points.count = 0;
+            measure_add_bump(&points, model, range, 0);
+            double *row = chain->bump + (d * CHAIN_RULE + tau) * CHAIN_RULE;
+            for (size_t i = 0; i < points.count; i++) {
+                double value[CHAIN_RULE];
+                cardinal(chain->node, 2 * (top - points.gap[i]) / chain->width - 1, value);
+                for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+                    row[nu] += points.weight[i] * value[nu];
+                }
+            }
+        }
+    }
+    return BCD_OK;
+}
+
+static double gap_at(const struct chain *chain, size_t node)
+{
+    return chain->width *
+           ((double)(node / CHAIN_RULE) + (chain->node[node % CHAIN_RULE] + 1) / 2);
+}
+
+enum bcd_status chain_init(struct chain *chain, const struct model *model, const struct grid *grid,
+                           struct scratch *scratch, const double scale[2])
+{
+    size_t n = grid->n;
+    *chain = (struct chain){.model = model, .grid = grid, .lambda = scale[0], .last = scale[1]};
+    chain->rods = 1;
+    chain->width = panel_width(model, n, &chain->per_period);
+    chain->panels = panel_count(model, n, chain->last);
+    size_t nodes = chain->panels * CHAIN_RULE;
+    chain->value = scratch_doubles(scratch, nodes * n);
+    chain->product = scratch_doubles(scratch, nodes * n);
+    chain->table = scratch_doubles(scratch, chain->per_period * CHAIN_RULE * n);
+    chain->delta = scratch_doubles(scratch, n);
+    chain->running = scratch_doubles(scratch, n);
+    if (scratch->failed) {
+        return BCD_NO_MEMORY;
+    }
+    gauss_legendre(CHAIN_RULE, chain->node, chain->weight);
+    init_below(chain);
+    for (size_t node = 0; node < nodes; node++) {
+        double f = 1 + model_bump(model, gap_at(chain, node));
+        for (size_t i = 0; i < n; i++) {
+            chain->value[node * n + i] = f / chain->lambda;
+        }
+    }
+    for (size_t i = 0; i < n; i++) {
+        chain->delta[i] = model->bond / chain->lambda;
+    }
+    return init_bump(chain, scratch);
+}
+
+/* product = E_j w / lambda at every node. */
+static void multiply_weights(struct chain *chain)
+{
+    size_t n = chain->grid->n, nodes = chain->panels * CHAIN_RULE;
+    double shift = fmod((double)chain->rods * chain->model->system.diameter, chain->model->period);
+    size_t repeat = chain->per_period * CHAIN_RULE;
+    for (size_t node = 0; node < repeat; node++) {
+        for (size_t i = 0; i < n; i++) {
+            chain->table[node * n + i] =
+                model_weight(chain->model, chain->grid->x[i] + shift + gap_at(chain, node));
+        }
+    }
+    for (size_t node = 0; node < nodes; node++) {
+        const double *restrict from = chain->value + node * n;
+        double *restrict to = chain->product + node * n;
+        if (repeat) {
+            const double *restrict w = chain->table + node % repeat * n;
+            for (size_t i = 0; i < n; i++) {
+                to[i] = from[i] * w[i] / chain->lambda;
+            }
+            continue;
+        }
+        double g = fmod(shift + gap_at(chain, node), chain->model->period);
+        for (size_t i = 0; i < n; i++) {
+            to[i] = from[i] * model_weight(chain->model, chain->grid->x[i] + g) / chain->lambda;
+        }
+    }
+}
+
+static void add_scaled(size_t n, double *restrict to, const double *restrict from, double factor)
+{
+    for (size_t i = 0; i < n; i++) {
+        to[i] += factor * from[i];
+    }
+}
+
+/* Integral over the uniform part of f up to each node, and the bump's part. */
+static void integrate_panel(struct chain *chain, size_t panel)
+{
+    size_t n = chain->grid->n;
+    const double *here = chain->product + panel * CHAIN_RULE * n;
+    for (size_t tau = 0; tau < CHAIN_RULE; tau++) {
+        double *out = chain->value + (panel * CHAIN_RULE + tau) * n;
+        memcpy(out, chain->running, n * sizeof *out);
+        for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+            add_scaled(n, out, here + nu * n, chain->below[tau][nu]);
+        }
+        for (size_t d = 0; chain->bump && d <= chain->reach_panels && d <= panel; d++) {
+            const double *source = here - d * CHAIN_RULE * n;
+            const double *row = chain->bump + (d * CHAIN_RULE + tau) * CHAIN_RULE;
+            for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+                add_scaled(n, out, source + nu * n, row[nu]);
+            }
+        }
+    }
+    for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+        add_scaled(n, chain->running, here + nu * n, chain->weight[nu] * chain->width / 2);
+    }
+}
+
+void chain_step(struct chain *chain)
+{
+    size_t n = chain->grid->n;
+    const struct model *model = chain->model;
+    multiply_weights(chain);
+    /* A rod bonded to all before it: the delta function at g' = 0 becomes a constant beyond. */
+    double shift = fmod((double)chain->rods * model->system.diameter, model->period);
+    for (size_t i = 0; i < n; i++) {
+        chain->running[i] =
+            chain->delta[i] * model_weight(model, chain->grid->x[i] + shift) / chain->lambda;
+        chain->delta[i] = chain->running[i] * model->bond;
+    }
+    for (size_t panel = 0; panel < chain->panels; panel++) {
+        integrate_panel(chain, panel);
+    }
+    if (model->bond > 0) {
+        for (size_t node = 0; node < chain->panels * CHAIN_RULE; node++) {
+            add_scaled(n, chain->value + node * n, chain->product + node * n, model->bond);
+        }
+    }
+    chain->rods++;
+}
+
+void chain_kept_value(const struct chain *chain, const double *value, int64_t rods, double gap,
+                      double *out)
+{
+    size_t n = chain->grid->n;
+    if (rods == 1) { /* not smooth, but known */
+        for (size_t i = 0; i < n; i++) {
+            out[i] = (1 + model_bump(chain->model, gap)) / chain->lambda;
+        }
+        return;
+    }
+    double place = gap / chain->width;
+    size_t panel = place > 0 ? (size_t)place : 0;
+    panel = panel < chain->panels ? panel : chain->panels - 1;
+    double share[CHAIN_RULE];
+    cardinal(chain->node, 2 * (place - (double)panel) - 1, share);
+    memset(out, 0, n * sizeof *out);
+    for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+        add_scaled(n, out, value + (panel * CHAIN_RULE + nu) * n, share[nu]);
+    }
+}
+
+void chain_value(const struct chain *chain, double gap, double *out)
+{
+    chain_kept_value(chain, chain->value, chain->rods, gap, out);
+}

@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * contour.c - the canonical ring as a contour integral over powers of the transfer operator.
+ *
+ * Summed over all lengths n P of the ring with weight exp(-s n P), N rods on a ring give the trace
+ * of K_s^N. The term n = L/P is picked by integrating s = p + i theta/P over theta in (-pi, pi]:
+ *
+ *   rho(x) ~ int dtheta e^{s ell} (K_s^N)(x, x)
+ *
+ * and likewise for averages of one gap (transfer.h) and for pairs (pairs.h). With p the pressure of
+ * the infinite system the line runs through the saddle point, nothing cancels, and the trapezoidal
+ * rule in theta is exact but for the weight of rings of length n P with n = L/P modulo the number of
+ * thetas. That weight is watched half way between: it is the alternating sum of the same terms.
+ *
+ * The grid's modes end the line at |Im s| = pi n/P. What lies beyond makes the steps and kinks of the
+ * weight at g = 0 and at the end of f's bump, and is far from L/P when it is faded out smoothly. Only
+ * in Baxter's limit does it not fade by itself, unless the rods are many: then the refinement does
+ * not converge and the answer is refused here. */
+#include <math.h>
+
+#include "pairs.h"
+
+enum { FILTER_ORDER = 16 };
+static const size_t points[] = {15, 23, 35, 53, 79, 119, 179, 269};
+
+struct contour {
+    const struct model *model;
+    struct transfer transfer;
+    struct functionals functionals;
+    struct profile profile;
+    struct pairs pairs;
+    struct matrix step, power, other; /* K_s / lambda; its powers */
+    size_t thetas;
+    double trace, alternating;
+    struct scratch scratch;
+};
+
+static void swap(struct matrix *a, struct matrix *b)
+{
+    struct matrix keep = *a;
+    *a = *b;
+    *b = keep;
+}
+
+/* K_s / lambda. Cut off sharply, the modes of a narrow interaction, still large at the edge of the
+ * grid, would make up growing eigenvectors of their own there; they are faded out instead. The fading
+ * depends on the wave number alone, so that theta and theta + 2 pi stay the same. */
+static void build_step(struct contour *c, double complex s)
+{
+    struct transfer *t = &c->transfer;
+    size_t n = t->grid.n;
+    struct kernel_args args = {.grid = &t->grid,
+                               .measure = &t->all,
+                               .diameter = c->model->system.diameter,
+                               .s = s};
+    kernel_modes(&args, t->mode);
+    for (size_t k = 0; k < n; k++) {
+        double wave = (double)k - (double)t->grid.half - cimag(s) * c->model->period / (2 * PI);
+        t->mode[k] *= exp(-36 * pow(2 * wave / (double)n, FILTER_ORDER));
+    }
+    kernel_column(&t->grid, t->mode, t->complex_column);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < n; j++) {
+            double complex value =
+                t->complex_column[(i + n - j) % n] * (t->grid.weight[j] / t->lambda);
+            c->step.re[i * n + j] = creal(value);
+            c->step.im[i * n + j] = cimag(value);
+        }
+    }
+}
+
+/* power = step^exponent; false when all of it, and of higher powers, is below rounding. */
+static bool raise(struct contour *c, int64_t exponent)
+{
+    size_t n = c->step.n;
+    for (size_t i = 0; i < n * n; i++) {
+        c->power.re[i] = i % (n + 1) == 0;
+        c->power.im[i] = 0;
+    }
+    if (exponent == 0) {
+        return true;
+    }
+    int bit = 62;
+    while (!(exponent >> bit & 1)) {
+        bit--;
+    }
+    int64_t done = 0;
+    for (; bit >= 0; bit--) {
+        if (done > 0) {
+            matrix_multiply(&c->other, &c->power, &c->power);
+            swap(&c->other, &c->power);
+            done *= 2;
+        }
+        if (exponent >> bit & 1) {
+            matrix_multiply(&c->other, &c->power, &c->step);
+            swap(&c->other, &c->power);
+            done++;
+        }
+        /* |power^m| <= |power|^m: enough of them make it vanish. */
+        if (log(matrix_norm(&c->power)) * floor((double)exponent / (double)done) < -60) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static double trace_of(const struct contour *c)
+{
+    double trace = 0;
+    for (size_t i = 0; i < c->transfer.grid.n; i++) {
+        trace += c->profile.density[i];
+    }
+    return trace;
+}
+
+/* Adds theta number `index` of c->thetas. */
+static void add_theta(struct contour *c, size_t index)
+{
+    const struct model *model = c->model;
+    struct transfer *t = &c->transfer;
+    double theta = 2 * PI * (double)index / (double)c->thetas;
+    bool own_conjugate = index == 0 || 2 * index == c->thetas;
+    struct contribution all = {.transfer = t,
+                               .functionals = &c->functionals,
+                               .rest = &c->power,
+                               .s = t->p + I * theta / model->period};
+    all.factor = cexp(I * theta * model->free_length / model->period) * (own_conjugate ? 1 : 2);
+    build_step(c, all.s);
+    size_t terms = c->pairs.terms > 1 ? c->pairs.terms : 1;
+    bool alive = raise(c, model->system.particles - (int64_t)terms);
+    for (size_t j = terms; alive && j >= 1; j--) {
+        if (j < terms) {
+            matrix_multiply(&c->other, &c->power, &c->step);
+            swap(&c->other, &c->power);
+        }
+        if (c->pairs.terms) {
+            pairs_add(&c->pairs, j, &all);
+            all.rest = &c->power;
+        }
+    }
+    if (alive) {
+        double before = trace_of(c);
+        profile_add(&c->profile, &all, &c->scratch);
+        double term = trace_of(c) - before;
+        c->alternating += index % 2 ? -term : term;
+    }
+}
+
+static enum bcd_status prepare(struct contour *c, size_t n, struct bcd_error *error)
+{
+    const struct model *model = c->model;
+    enum bcd_status status = transfer_init(&c->transfer, model, &c->scratch, n, error);
+    if (status) {
+        return status;
+    }
+    matrix_init(&c->step, &c->scratch, n);
+    matrix_init(&c->power, &c->scratch, n);
+    matrix_init(&c->other, &c->scratch, n);
+    status = functionals_init(&c->functionals, model, &c->scratch, transfer_wave_number(model, n));
+    return status ? theory_fail(error, status, "out of memory") : BCD_OK;
+}
+
+/* Half of them reach six standard deviations of the length of the chain to either side. */
+static double count_thetas(const struct contour *c)
+{
+    double deviation =
+        sqrt((double)c->model->system.particles * c->transfer.gap_variance) / c->model->period;
+    return 2 * ceil(6 * deviation + 3);
+}
+
+static enum bcd_status integrate(struct contour *c, struct bcd_error *error)
+{
+    double n = (double)c->transfer.grid.n, thetas = count_thetas(c);
+    double products = log2((double)c->model->system.particles) * 1.5 + 1;
+    for (int doubling = 0;; doubling++, thetas *= 2) {
+        if (doubling > 2) {
+            return theory_fail(error, BCD_INVALID,
+                               "canonical ring: %.0f points per period do not resolve the gaps of "
+                               "so few rods",
+                               n);
+        }
+        if (!(thetas * products * n * n * n * 4 < 6e10)) {
+            return theory_fail(error, BCD_INVALID,
+                               "canonical ring: too long a computation (%.0f points per period, "
+                               "%.0f values of theta)",
+                               n, thetas);
+        }
+        c->thetas = (size_t)thetas;
+        c->alternating = 0;
+        if (profile_init(&c->profile, c->model, &c->scratch, c->transfer.grid.n) ||
+            pairs_init(&c->pairs, &c->transfer, &c->scratch, error)) {
+            return BCD_NO_MEMORY;
+        }
+        for (size_t index = 0; 2 * index <= c->thetas; index++) {
+            add_theta(c, index);
+        }
+        c->trace = trace_of(c);
+        if (!(c->trace > 0)) {
+            return theory_fail(error, BCD_INVALID, "canonical ring: the contour integral cancels");
+        }
+        /* The weight falls faster and faster with the distance in n: at twice this distance, where
+         * it would do harm, it is less than the square. */
+        if (fabs(c->alternating) < 1e-7 * c->trace) {
+            return BCD_OK;
+        }
+    }
+}
+
+static enum bcd_status compute(struct theory_result **result, const struct model *model,
+                               size_t level, struct bcd_error *error)
+{
+    struct contour c = {.model = model};
+    struct theory_result *fresh = NULL;
+    enum bcd_status status = prepare(&c, points[level], error);
+    status = status ? status : integrate(&c, error);
+    if (!status && result_create(&fresh, &model->wanted)) {
+        status = theory_fail(error, BCD_NO_MEMORY, "out of memory");
+    }
+    if (status) {
+        goto cleanup;
+    }
+    status = profile_finish(fresh, &c.profile, model, &c.transfer.grid, &c.scratch);
+    status = status ? status : pairs_finish(fresh, &c.pairs, c.trace, &c.scratch, error);
+    if (!status && c.scratch.failed) {
+        status = theory_fail(error, BCD_NO_MEMORY, "out of memory");
+    }
+    if (status) {
+        goto cleanup;
+    }
+    fresh->route = "contour";
+    *result = fresh;
+    fresh = NULL;
+cleanup:
+    theory_result_free(fresh);
+    scratch_free(&c.scratch);
+    return status;
+}
+
+enum bcd_status theory_contour(struct theory_result **result, const struct theory_system *system,
+                               const struct theory_wanted *wanted, struct bcd_error *error)
+{
+    struct model model;
+    enum bcd_status status = model_init(&model, system, wanted, error);
+    if (status) {
+        return status;
+    }
+    if (system->particles < 2) {
+        return theory_fail(error, BCD_INVALID, "canonical ring: the contour needs two rods");
+    }
+    struct refinement how = {.compute = compute,
+                             .levels = sizeof points / sizeof *points,
+                             .what = "canonical ring, contour"};
+    return refine(result, &model, wanted, &how, error);
+}
