@@ -237,6 +237,16 @@ void bcd_tally_save(const struct bcd_tally *tally, void *bytes);
 enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, size_t size,
                                   struct bcd_error *error);
 
+/* ------------------------------------------------------------------ theory */
+
+/* The exact references of a completed scene: equilibrium of the ring of N rods that the simulation
+ * samples ("canonical") and of the infinite system at the same density ("infinite"), closed forms
+ * elsewhere. Takes up to seconds. Fails for want of memory only: where there is no reference,
+ * tables say why. */
+struct bcd_theory;
+enum bcd_status bcd_theory_create(struct bcd_theory **theory, const struct bcd_scene *scene);
+void bcd_theory_free(struct bcd_theory *theory);
+
 /* ------------------------------------------------------------------- table */
 
 enum bcd_role { /* what a column is to a reader or a plot */
@@ -273,9 +283,15 @@ struct bcd_table {
     struct bcd_note note[BCD_NOTES_MAX];
 };
 
-/* The result of the index-th observable of the scene (same order as bcd_scene_part). */
+/* The result of the index-th observable of the scene (same order as bcd_scene_part), with exact
+ * values beside it unless theory is NULL. */
 enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_scene *scene,
-                                size_t index, struct bcd_table **table);
+                                const struct bcd_theory *theory, size_t index,
+                                struct bcd_table **table);
+
+/* The exact values alone, on the same rows. */
+enum bcd_status bcd_theory_table(const struct bcd_theory *theory, const struct bcd_scene *scene,
+                                 size_t index, struct bcd_table **table);
 void bcd_table_free(struct bcd_table *table);
 const struct bcd_column *bcd_table_column(const struct bcd_table *table, enum bcd_role role);
 

@@ -9,6 +9,7 @@
 #include "bcd.h"
 #include "param.h"
 #include "sim.h"
+#include "theory/theory.h"
 
 /* What every kind of part has: the head of its table, as member `base`. */
 struct part_type {
@@ -36,6 +37,7 @@ struct potential_type {
     /* out[i] += scale * F(x[i]), F = -U' */
     void (*add_force)(const void *par, const struct rods *rods, double scale, double *out);
     double (*energy_sum)(const void *par, const struct rods *rods); /* sum of U(x[i]) */
+    bool (*steady)(const void *par); /* does not depend on time: there is an equilibrium */
 };
 
 /* ------------------------------------------------------------------ pairs */
@@ -53,7 +55,7 @@ struct pair_type {
     bool (*absent)(const void *par);    /* exerts no force: the scene leaves it out */
     double (*range)(const void *par);   /* no force between gaps beyond */
     double (*stiffness)(const void *par); /* max |dF/dg| / kT */
-    double (*boltzmann)(const void *par, double gap); /* exp(-V(gap)/kT), for the exact theory */
+    void (*theory)(const void *par, struct theory_pair *pair); /* NULL = no exact theory */
     /* out[i] += scale * F_i */
     void (*add_force)(const void *par, const struct ring *ring, double scale, double *out);
 };
@@ -89,14 +91,37 @@ struct moments {
     size_t count;
 };
 
+/* Exact values of an observable: asked for by reference.c, filled in by the observable. */
+struct exact {
+    const struct theory_result *equilibrium; /* NULL = there is none, why_not says why */
+    const char *equilibrium_kind;            /* "canonical" or "infinite" */
+    const char *why_not;
+    size_t rows;
+    double *values;        /* [rows], to be filled in; NaN where none is known */
+    const char *reference; /* "canonical", "infinite", "asymptote"; NULL = none: */
+    const char *reason;
+};
+
+/* The usual answer of a static observable: `from` (NULL where the theory has none) is exact. */
+static inline void exact_from(struct exact *exact, const double *from)
+{
+    exact->reason = exact->equilibrium ? "the exact theory does not give it here" : exact->why_not;
+    if (!exact->equilibrium || !from)
+        return;
+    for (size_t i = 0; i < exact->rows; i++)
+        exact->values[i] = from[i];
+    exact->reference = exact->equilibrium_kind;
+}
+
 struct observable_type {
     struct part_type base;
     void (*check)(const struct bcd_group *group, const struct plan *plan,
                   struct bcd_errors *errors);
     /* The longest time step that still resolves what is asked; INFINITY = no demand. */
     double (*time_step_max)(const void *par, const struct plan *plan);
-    bool theory;      /* its table has a column for exact theory */
-    double sample_ns; /* rough cost of looking at one rod, for the sampling interval; 0 = other */
+    const char *value; /* name of the column of measured values */
+    /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own times. */
+    double (*sample_ns)(const void *par, const struct plan *plan);
     size_t (*count)(const void *par, const struct plan *plan);  /* values of one sample */
     size_t (*memory)(const void *par, const struct plan *plan); /* bytes */
     void (*begin)(struct observer *observer, const struct sim *sim); /* measured tick 0 */
@@ -105,8 +130,15 @@ struct observable_type {
     void (*sample)(struct observer *observer, const struct sim *sim); /* NULL = only block ends */
     /* values[count] of the block that ends now; NaN = nothing to say. Starts the next block. */
     void (*end_block)(struct observer *observer, const struct sim *sim, double *values);
-    enum bcd_status (*table)(const void *par, const struct plan *plan,
-                             const struct moments *moments, struct bcd_table *table);
+    /* Name, rows, axes and the x column of its table. moments may be NULL: nothing measured yet. */
+    enum bcd_status (*describe)(const void *par, const struct plan *plan,
+                                const struct moments *moments, struct bcd_table *table);
+    /* Further columns and notes of a measured table; NULL = none. */
+    enum bcd_status (*extend)(const void *par, const struct plan *plan, struct bcd_table *table);
+    /* What it wants from the exact equilibrium; NULL = nothing. */
+    void (*want)(const void *par, const struct plan *plan, struct theory_wanted *wanted);
+    /* Exact values of its rows; NULL = none are known, no column. */
+    void (*exact)(const void *par, const struct plan *plan, struct exact *exact);
 };
 
 #endif

@@ -180,6 +180,12 @@ static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
 
 /* ---------------------------------------------------------------- sampling */
 
+static double sample_cost(const struct observable_type *type, const void *par,
+                          const struct plan *plan)
+{
+    return type->sample_ns ? type->sample_ns(par, plan) : 0;
+}
+
 /* Auto: static observables take at most a fifth of the run time, counted in the parts' own rough
  * costs so that it depends on the job alone; and every block gets a few samples. */
 static int64_t sampling_auto(const struct bcd_scene *scene)
@@ -188,7 +194,7 @@ static int64_t sampling_auto(const struct bcd_scene *scene)
     double cost = 0;
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
-        cost += scene_observable_type(part)->sample_ns;
+        cost += sample_cost(scene_observable_type(part), part->group.values, plan);
     double steps = ceil(cost / (sampling_share * plan->method->step_ns));
     double most = floor((double)plan->steps / (double)(plan->blocks * SAMPLES_PER_BLOCK));
     return (int64_t)fmax(1, fmin(steps, most));

@@ -2,6 +2,7 @@
  * tally.c - see tally.h and bcd.h. Means and variances by Welford's recurrence, merged by Chan's. */
 #include "tally.h"
 #include "blob.h"
+#include "reference.h"
 #include "status.h"
 #include "table.h"
 
@@ -113,45 +114,58 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
 
 /* ------------------------------------------------------------------ tables */
 
-static void add_remarks(struct bcd_table *table, const struct bcd_scene *scene,
-                        const struct observable_type *type)
+static void add_remarks(struct bcd_table *table, const struct plan *plan)
 {
-    if (type->theory)
-        table_add_absent(table, "theory", BCD_ROLE_THEORY,
-                         "exact references are not part of this version");
     table_add_absent(table, "time_step_error", BCD_ROLE_TIME_STEP_ERROR,
                      "this version does not estimate it: repeat the job with half the time_step");
-    const struct plan *plan = &scene->plan;
     bool blocks = plan->realizations == 1;
     table_note_text(table, "stderr_from", blocks ? "blocks" : "realizations");
     table_note_number(table, blocks ? "blocks" : "realizations",
                       (double)(blocks ? plan->blocks : plan->realizations));
 }
 
+/* The observable's part of the tally. */
+static struct moments moments_of(const struct bcd_tally *tally, const struct bcd_scene *scene,
+                                 size_t index)
+{
+    size_t first = 0, count = 0;
+    for (size_t i = 0; i <= index; i++) {
+        const struct scene_part *part = scene_observable(scene, i);
+        first += count;
+        count = scene_observable_type(part)->count(part->group.values, &scene->plan);
+    }
+    return (struct moments){tally->samples + first, tally->mean + first, tally->square + first,
+                            count};
+}
+
 enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_scene *scene,
-                                size_t index, struct bcd_table **out)
+                                const struct bcd_theory *theory, size_t index,
+                                struct bcd_table **out)
 {
     assert(tally->identity == scene_identity(scene));
     const struct scene_part *part = scene_observable(scene, index);
     if (!part)
         return BCD_INVALID;
-    size_t first = 0;
-    for (size_t i = 0; i < index; i++) {
-        const struct scene_part *before = scene_observable(scene, i);
-        first += scene_observable_type(before)->count(before->group.values, &scene->plan);
-    }
     const struct observable_type *type = scene_observable_type(part);
-    struct moments moments = {tally->samples + first, tally->mean + first, tally->square + first,
-                              type->count(part->group.values, &scene->plan)};
+    const void *par = part->group.values;
+    struct moments moments = moments_of(tally, scene, index);
     struct bcd_table *table = calloc(1, sizeof *table);
     if (!table)
         return BCD_NO_MEMORY;
-    enum bcd_status status = type->table(part->group.values, &scene->plan, &moments, table);
+    enum bcd_status status = type->describe(par, &scene->plan, &moments, table);
+    if (!status)
+        status = table_add_moments(table, type->value, &moments);
+    if (!status && type->extend)
+        status = type->extend(par, &scene->plan, table);
+    if (!status)
+        status = reference_add(table, theory, scene, index);
+    if (!status)
+        status = reference_compare(table, moments.samples);
     if (status) {
         bcd_table_free(table);
         return status;
     }
-    add_remarks(table, scene, type);
+    add_remarks(table, &scene->plan);
     *out = table;
     return BCD_OK;
 }

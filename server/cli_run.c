@@ -496,10 +496,11 @@ static int print_results(const struct bcd_scene *scene, const struct bcd_tally *
     while (bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, count))
         count++;
     struct bcd_table **tables = calloc(count + 1, sizeof *tables);
-    enum bcd_status status = tables ? BCD_OK : BCD_NO_MEMORY;
+    struct bcd_theory *theory = NULL;
+    enum bcd_status status = tables ? bcd_theory_create(&theory, scene) : BCD_NO_MEMORY;
     char *text = NULL;
     for (size_t i = 0; status == BCD_OK && i < count; i++) {
-        status = bcd_tally_table(tally, scene, i, &tables[i]);
+        status = bcd_tally_table(tally, scene, theory, i, &tables[i]);
         part = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, i);
         if (status == BCD_OK && name && strcmp(part->type, name) == 0)
             text = print_named(scene, tables[i], options);
@@ -514,6 +515,7 @@ static int print_results(const struct bcd_scene *scene, const struct bcd_tally *
     for (size_t i = 0; tables && i < count; i++)
         bcd_table_free(tables[i]);
     free(tables);
+    bcd_theory_free(theory);
     if (status == BCD_OK)
         return cli_print_take(text);
     fprintf(stderr, "bcd: the results cannot be had: %s\n", bcd_status_text(status));

@@ -296,11 +296,11 @@ static void results_fini(struct results *results)
 }
 
 static enum bcd_status add_result(struct results *results, const struct bcd_tally *tally,
-                                  const struct bcd_scene *scene)
+                                  const struct bcd_scene *scene, const struct bcd_theory *theory)
 {
     struct result_new *item = &results->items[results->count];
     struct bcd_table *table = NULL;
-    enum bcd_status status = bcd_tally_table(tally, scene, results->count, &table);
+    enum bcd_status status = bcd_tally_table(tally, scene, theory, results->count, &table);
     void *bytes;
 
     if (status)
@@ -319,6 +319,7 @@ static enum bcd_status add_result(struct results *results, const struct bcd_tall
 static enum bcd_status make_results(const struct bcd_tally *tally, const struct bcd_scene *scene,
                                     struct results *results)
 {
+    struct bcd_theory *theory = NULL;
     enum bcd_status status = BCD_OK;
     size_t count = 0;
 
@@ -327,8 +328,10 @@ static enum bcd_status make_results(const struct bcd_tally *tally, const struct 
     results->items = calloc(count + 1, sizeof *results->items);
     if (!results->items)
         return BCD_NO_MEMORY;
+    status = bcd_theory_create(&theory, scene);
     while (status == BCD_OK && results->count < count)
-        status = add_result(results, tally, scene);
+        status = add_result(results, tally, scene, theory);
+    bcd_theory_free(theory);
     return status;
 }
 

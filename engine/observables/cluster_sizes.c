@@ -51,6 +51,12 @@ static size_t cluster_memory(const void *par, const struct plan *plan)
     return sizeof(struct cluster_memory) + cluster_count(par, plan) * sizeof(int64_t);
 }
 
+static double cluster_sample_ns(const void *par, const struct plan *plan)
+{
+    (void)par, (void)plan;
+    return 1.5;
+}
+
 static void cluster_begin(struct observer *o, const struct sim *sim)
 {
     (void)sim;
@@ -101,21 +107,27 @@ static void cluster_end_block(struct observer *o, const struct sim *sim, double 
     cluster_begin(o, sim);
 }
 
-static enum bcd_status cluster_table(const void *par, const struct plan *plan,
-                                     const struct moments *moments, struct bcd_table *table)
+static enum bcd_status cluster_describe(const void *par, const struct plan *plan,
+                                        const struct moments *moments, struct bcd_table *table)
 {
-    const struct cluster_par *p = par;
-    size_t rows = cluster_count(par, plan);
+    size_t rows = moments ? cluster_count(par, plan) : 0;
     while (rows > 1 && !(moments->mean[rows - 1] > 0))
         rows--; /* sizes that never occurred */
     table_describe(table, "cluster_sizes", rows);
     table_axes(table, "cluster size (rods)", "fraction of clusters");
     table->log_y = true;
     double *size = table_add(table, "size", BCD_ROLE_X);
-    if (!size || table_add_moments(table, "fraction", moments))
+    if (!size)
         return BCD_NO_MEMORY;
     for (size_t i = 0; i < rows; i++)
         size[i] = (double)(i + 1);
+    return BCD_OK;
+}
+
+static enum bcd_status cluster_extend(const void *par, const struct plan *plan,
+                                      struct bcd_table *table)
+{
+    const struct cluster_par *p = par;
     table_note_number(table, "gap", p->gap);
     if (plan->particles > p->largest)
         table_note_number(table, "largest", (double)p->largest);
@@ -127,11 +139,13 @@ const struct observable_type observable_cluster_sizes = {
                       .doc = "fraction of clusters by number of rods",
                       .params = cluster_params},
              .par_size = sizeof(struct cluster_par)},
-    .sample_ns = 1.5,
+    .sample_ns = cluster_sample_ns,
+    .value = "fraction",
     .count = cluster_count,
     .memory = cluster_memory,
     .begin = cluster_begin,
     .sample = cluster_sample,
     .end_block = cluster_end_block,
-    .table = cluster_table,
+    .describe = cluster_describe,
+    .extend = cluster_extend,
 };

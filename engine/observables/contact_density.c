@@ -72,6 +72,12 @@ static double contact_time_step_max(const void *par, const struct plan *plan)
     return plan->diffusion > 0 ? half * half / (4 * plan->diffusion) : INFINITY;
 }
 
+static double contact_sample_ns(const void *par, const struct plan *plan)
+{
+    (void)par, (void)plan;
+    return 1.5;
+}
+
 static void contact_begin(struct observer *o, const struct sim *sim)
 {
     (void)sim;
@@ -106,19 +112,39 @@ static void contact_end_block(struct observer *o, const struct sim *sim, double 
     contact_begin(o, sim);
 }
 
-static enum bcd_status contact_table(const void *par, const struct plan *plan,
-                                     const struct moments *moments, struct bcd_table *table)
+static enum bcd_status contact_describe(const void *par, const struct plan *plan,
+                                        const struct moments *moments, struct bcd_table *table)
 {
-    const struct contact_par *p = par;
+    (void)moments;
     table_describe(table, "contact_density", contact_count(par, plan));
     table_axes(table, "x", "contact density \xcf\x81\xe2\x82\x82(x, x+\xcf\x83)");
     double *x = table_add(table, "x", BCD_ROLE_X);
-    if (!x || table_add_moments(table, "contact_density", moments))
+    if (!x)
         return BCD_NO_MEMORY;
     for (size_t i = 0; i < table->rows; i++)
         x[i] = ((double)i + 0.5) * plan->period / (double)table->rows;
-    table_note_number(table, "gap", p->gap);
     return BCD_OK;
+}
+
+static enum bcd_status contact_extend(const void *par, const struct plan *plan,
+                                      struct bcd_table *table)
+{
+    (void)plan;
+    table_note_number(table, "gap", ((const struct contact_par *)par)->gap);
+    return BCD_OK;
+}
+
+static void contact_want(const void *par, const struct plan *plan, struct theory_wanted *wanted)
+{
+    wanted->contact_bins = contact_count(par, plan);
+    wanted->contact_gap = ((const struct contact_par *)par)->gap;
+}
+
+/* The window is part of what is measured: compared with the window's exact mean. */
+static void contact_exact(const void *par, const struct plan *plan, struct exact *exact)
+{
+    (void)par, (void)plan;
+    exact_from(exact, exact->equilibrium ? exact->equilibrium->contact_window : NULL);
 }
 
 const struct observable_type observable_contact_density = {
@@ -126,14 +152,17 @@ const struct observable_type observable_contact_density = {
                       .doc = "density of neighbours in contact over one period",
                       .params = contact_params},
              .par_size = sizeof(struct contact_par)},
-    .theory = true,
     .check = contact_check,
     .time_step_max = contact_time_step_max,
-    .sample_ns = 1.5,
+    .sample_ns = contact_sample_ns,
+    .value = "contact_density",
     .count = contact_count,
     .memory = contact_memory,
     .begin = contact_begin,
     .sample = contact_sample,
     .end_block = contact_end_block,
-    .table = contact_table,
+    .describe = contact_describe,
+    .extend = contact_extend,
+    .want = contact_want,
+    .exact = contact_exact,
 };

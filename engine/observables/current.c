@@ -46,23 +46,38 @@ static void current_end_block(struct observer *o, const struct sim *sim, double 
     values[0] = time > 0 ? (now->sum - before.sum + turned) / (plan->length * time) : NAN;
 }
 
-static enum bcd_status current_table(const void *par, const struct plan *plan,
-                                     const struct moments *moments, struct bcd_table *table)
+static enum bcd_status current_describe(const void *par, const struct plan *plan,
+                                        const struct moments *moments, struct bcd_table *table)
 {
-    (void)par, (void)plan;
+    (void)par, (void)plan, (void)moments;
     table_describe(table, "current", 1);
     table->scalar = true;
     table_axes(table, "", "current J = \xcf\x81\xe2\x9f\xa8v\xe2\x9f\xa9");
-    return table_add_moments(table, "current", moments);
+    return BCD_OK;
+}
+
+/* No current in equilibrium; without a potential every rod drifts at mu f. */
+static void current_exact(const void *par, const struct plan *plan, struct exact *exact)
+{
+    (void)par;
+    exact->reason = "driven rods in a potential: no closed form";
+    bool rest = plan->force == 0 && (!plan->potential || plan->potential->steady(plan->potential_par));
+    if (plan->field && !rest)
+        return;
+    exact->values[0] =
+        (double)plan->particles / plan->length * plan->mobility * plan->force;
+    exact->reference = "canonical";
 }
 
 const struct observable_type observable_current = {
     .base = {.part = {.name = "current",
                       .doc = "particles per unit time through a point",
                       .params = current_params}},
+    .value = "current",
     .count = current_count,
     .memory = current_memory,
     .begin = current_begin,
     .end_block = current_end_block,
-    .table = current_table,
+    .describe = current_describe,
+    .exact = current_exact,
 };

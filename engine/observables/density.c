@@ -43,6 +43,12 @@ static size_t density_memory(const void *par, const struct plan *plan)
     return sizeof(struct density_memory) + density_count(par, plan) * sizeof(int64_t);
 }
 
+static double density_sample_ns(const void *par, const struct plan *plan)
+{
+    (void)par, (void)plan;
+    return 2;
+}
+
 static void density_begin(struct observer *o, const struct sim *sim)
 {
     (void)sim;
@@ -69,17 +75,29 @@ static void density_end_block(struct observer *o, const struct sim *sim, double 
     density_begin(o, sim);
 }
 
-static enum bcd_status density_table(const void *par, const struct plan *plan,
-                                     const struct moments *moments, struct bcd_table *table)
+static enum bcd_status density_describe(const void *par, const struct plan *plan,
+                                        const struct moments *moments, struct bcd_table *table)
 {
+    (void)moments;
     table_describe(table, "density", density_count(par, plan));
     table_axes(table, "x", "density \xcf\x81(x)");
     double *x = table_add(table, "x", BCD_ROLE_X);
-    if (!x || table_add_moments(table, "density", moments))
+    if (!x)
         return BCD_NO_MEMORY;
     for (size_t i = 0; i < table->rows; i++)
         x[i] = ((double)i + 0.5) * plan->period / (double)table->rows;
     return BCD_OK;
+}
+
+static void density_want(const void *par, const struct plan *plan, struct theory_wanted *wanted)
+{
+    wanted->density_bins = density_count(par, plan);
+}
+
+static void density_exact(const void *par, const struct plan *plan, struct exact *exact)
+{
+    (void)par, (void)plan;
+    exact_from(exact, exact->equilibrium ? exact->equilibrium->density : NULL);
 }
 
 const struct observable_type observable_density = {
@@ -87,12 +105,14 @@ const struct observable_type observable_density = {
                       .doc = "density profile over one period",
                       .params = density_params},
              .par_size = sizeof(struct density_par)},
-    .theory = true,
-    .sample_ns = 2,
+    .sample_ns = density_sample_ns,
+    .value = "density",
     .count = density_count,
     .memory = density_memory,
     .begin = density_begin,
     .sample = density_sample,
     .end_block = density_end_block,
-    .table = density_table,
+    .describe = density_describe,
+    .want = density_want,
+    .exact = density_exact,
 };

@@ -26,6 +26,12 @@ static size_t energy_memory(const void *par, const struct plan *plan)
     return sizeof(struct energy_memory);
 }
 
+static double energy_sample_ns(const void *par, const struct plan *plan)
+{
+    (void)par, (void)plan;
+    return 2.5;
+}
+
 static void energy_begin(struct observer *o, const struct sim *sim)
 {
     (void)sim;
@@ -50,26 +56,33 @@ static void energy_end_block(struct observer *o, const struct sim *sim, double *
     energy_begin(o, sim);
 }
 
-static enum bcd_status energy_table(const void *par, const struct plan *plan,
-                                    const struct moments *moments, struct bcd_table *table)
+static enum bcd_status energy_describe(const void *par, const struct plan *plan,
+                                       const struct moments *moments, struct bcd_table *table)
 {
-    (void)par, (void)plan;
+    (void)par, (void)plan, (void)moments;
     table_describe(table, "energy", 1);
     table->scalar = true;
     table_axes(table, "", "external energy per particle");
-    return table_add_moments(table, "energy", moments);
+    return BCD_OK;
+}
+
+static void energy_exact(const void *par, const struct plan *plan, struct exact *exact)
+{
+    (void)par, (void)plan;
+    exact_from(exact, exact->equilibrium ? &exact->equilibrium->energy : NULL);
 }
 
 const struct observable_type observable_energy = {
     .base = {.part = {.name = "energy",
                       .doc = "mean external energy per particle",
                       .params = energy_params}},
-    .theory = true,
-    .sample_ns = 2.5,
+    .sample_ns = energy_sample_ns,
+    .value = "energy",
     .count = energy_count,
     .memory = energy_memory,
     .begin = energy_begin,
     .sample = energy_sample,
     .end_block = energy_end_block,
-    .table = energy_table,
+    .describe = energy_describe,
+    .exact = energy_exact,
 };

@@ -262,23 +262,34 @@ static void msd_end_block(struct observer *o, const struct sim *sim, double *val
 
 /* ----------------------------------------------------------------- result */
 
-static enum bcd_status msd_table(const void *par, const struct plan *plan,
-                                 const struct moments *moments, struct bcd_table *table)
+static enum bcd_status msd_describe(const void *par, const struct plan *plan,
+                                    const struct moments *moments, struct bcd_table *table)
 {
+    (void)moments;
     struct msd_lags lags;
     find_lags(par, plan, &lags);
     table_describe(table, "msd", (size_t)lags.count);
     table_axes(table, "lag time t", "MSD \xe2\x9f\xa8[x(t) - x(0)]\xc2\xb2\xe2\x9f\xa9");
     table->log_x = table->log_y = true;
     double *lag = table_add(table, "lag", BCD_ROLE_X);
-    if (!lag || table_add_moments(table, "msd", moments))
+    if (!lag)
         return BCD_NO_MEMORY;
+    for (int64_t k = 0; k < lags.count; k++)
+        lag[k] = (double)lags.lag[k] * plan->time_step;
+    return BCD_OK;
+}
+
+/* Pairs of (rod, origin) that every lag was averaged over. */
+static enum bcd_status msd_extend(const void *par, const struct plan *plan,
+                                  struct bcd_table *table)
+{
+    struct msd_lags lags;
+    find_lags(par, plan, &lags);
     double *samples = table_add(table, "samples", BCD_ROLE_OTHER);
     if (!samples)
         return BCD_NO_MEMORY;
     for (int64_t k = 0; k < lags.count; k++) {
         int64_t origins = (plan->steps - lags.lag[k]) / lags.stride[lags.level[k]] + 1;
-        lag[k] = (double)lags.lag[k] * plan->time_step;
         samples[k] = (double)origins * (double)plan->particles * (double)plan->realizations;
     }
     return BCD_OK;
@@ -289,14 +300,15 @@ const struct observable_type observable_msd = {
                       .doc = "mean squared displacement of tagged rods",
                       .params = msd_params},
              .par_size = sizeof(struct msd_par)},
-    .theory = true,
     .check = msd_check,
     .time_step_max = msd_time_step_max,
+    .value = "msd",
     .count = msd_count,
     .memory = msd_memory,
     .begin = msd_begin,
     .next = msd_next,
     .sample = msd_sample,
     .end_block = msd_end_block,
-    .table = msd_table,
+    .describe = msd_describe,
+    .extend = msd_extend,
 };

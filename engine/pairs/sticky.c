@@ -101,11 +101,13 @@ static double sticky_stiffness(const void *par)
     return most;
 }
 
-static double sticky_boltzmann(const void *par, double gap)
+static void sticky_theory(const void *par, struct theory_pair *pair)
 {
     const struct sticky_par *p = par;
-    double u = 1 - gap / p->range;
-    return u > 0 ? 1 + p->strength * (p->exponent + 1) / p->range * pow(u, p->exponent) : 1;
+    *pair = (struct theory_pair){.kind = THEORY_STICKY,
+                                 .strength = p->strength,
+                                 .range = p->range,
+                                 .exponent = p->exponent};
 }
 
 const struct pair_type pair_sticky = {
@@ -116,6 +118,6 @@ const struct pair_type pair_sticky = {
     .absent = sticky_absent,
     .range = sticky_range,
     .stiffness = sticky_stiffness,
-    .boltzmann = sticky_boltzmann,
+    .theory = sticky_theory,
     .add_force = sticky_add_force,
 };

@@ -74,6 +74,12 @@ static double cosine_force_max(const void *par)
     return fabs(p->amplitude) / 2 * wave_number(p);
 }
 
+static bool cosine_steady(const void *par)
+{
+    const struct cosine_par *p = par;
+    return p->velocity == 0 || p->amplitude == 0;
+}
+
 static struct wave wave_at(const struct cosine_par *par, double time)
 {
     double turns = par->phase / (2 * M_PI) - par->velocity * time / par->wavelength;
@@ -106,4 +112,5 @@ const struct potential_type potential_cosine = {
     .force_max = cosine_force_max,
     .add_force = cosine_add_force,
     .energy_sum = cosine_energy_sum,
+    .steady = cosine_steady,
 };

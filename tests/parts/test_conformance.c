@@ -190,7 +190,7 @@ static void test_tables_survive_storage(void **state)
     struct experiment e = experiment_run(make(0, "bcd"), 0);
     for (size_t i = 0; bcd_scene_part(e.scene, BCD_SLOT_OBSERVABLE, i); i++) {
         struct bcd_table *table = NULL, *again = NULL;
-        assert_int_equal(bcd_tally_table(e.tally, e.scene, i, &table), BCD_OK);
+        assert_int_equal(bcd_tally_table(e.tally, e.scene, e.theory, i, &table), BCD_OK);
         size_t size = bcd_table_size(table);
         unsigned char *bytes = malloc(size), *twice = malloc(size);
         bcd_table_save(table, bytes);

@@ -9,10 +9,13 @@
 #include "worker.h"
 
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -67,7 +70,7 @@ static void assert_same_bytes(struct store *store, const char *id, struct bcd_sc
         void *bytes;
 
         assert_true(part < count);
-        assert_int_equal(bcd_tally_table(direct.tally, scene, part, &table), BCD_OK);
+        assert_int_equal(bcd_tally_table(direct.tally, scene, direct.theory, part, &table), BCD_OK);
         assert_string_equal(names[part], table->name);
         assert_int_equal(store_results_get(store, id, names[part], &stored), STORE_OK);
         assert_int_equal(stored.size, bcd_table_size(table));
@@ -298,6 +301,54 @@ static void a_stop_with_a_full_disk_loses_nothing(void **state)
     assert_same_bytes(bench->store, id, job_bench_scene(6, 1));
 }
 
+/* A daemon of its own process, until it is killed. */
+static void run_until_killed(const char *dir)
+{
+    struct bench bench = {0};
+
+    snprintf(bench.dir, sizeof bench.dir, "%s", dir);
+    bench_reopen(&bench);
+    start(&bench, 2);
+    for (;;)
+        pause();
+}
+
+/* SIGKILL at any moment: during recovery, in a chunk, in a commit. No process forks with the database
+ * open. */
+static void a_killed_daemon_loses_nothing(void **state)
+{
+    static const int lives_ms[] = {3, 10, 20, 35, 50, 70, 90, 60, 40};
+    struct bench *bench = *state;
+    struct plant plant;
+    char id[JOB_ID_SIZE];
+    int64_t before = 0, after;
+
+    job_bench_submit(bench->store, NULL, job_bench_scene(12, 1), id);
+    for (size_t i = 0; i < sizeof lives_ms / sizeof lives_ms[0]; i++) {
+        pid_t child;
+
+        store_close(bench->store);
+        bench->store = NULL;
+        child = fork();
+        assert_true(child >= 0);
+        if (child == 0) {
+            run_until_killed(bench->dir);
+            _exit(0);
+        }
+        job_bench_nap(lives_ms[i]);
+        assert_int_equal(kill(child, SIGKILL), 0);
+        assert_int_equal(waitpid(child, NULL, 0), child);
+        bench_reopen(bench);
+        after = bench_chunks_done(bench->store, id);
+        assert_true(after >= before);
+        before = after;
+    }
+    plant = start(bench, 2);
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    stop(&plant);
+    assert_same_bytes(bench->store, id, job_bench_scene(12, 1));
+}
+
 /* ------------------------------------------------------------------------ cancel */
 
 static void cancel(struct plant *plant, const char *id)
@@ -376,6 +427,7 @@ int main(void)
         BENCH_TEST(a_job_with_all_chunks_is_finished_at_start),
         BENCH_TEST(a_full_disk_is_waited_out),
         BENCH_TEST(a_stop_with_a_full_disk_loses_nothing),
+        BENCH_TEST(a_killed_daemon_loses_nothing),
         BENCH_TEST(a_cancelled_job_makes_room),
         BENCH_TEST(a_cancel_may_meet_the_end),
     };

@@ -36,6 +36,7 @@ struct experiment experiment_run(struct bcd_scene *scene, int64_t slice)
 {
     struct experiment e = {.scene = scene};
     assert_int_equal(bcd_tally_create(&e.tally, scene), BCD_OK);
+    assert_int_equal(bcd_theory_create(&e.theory, scene), BCD_OK);
     for (int64_t chunk = 0; chunk < bcd_scene_chunks(scene); chunk++) {
         struct bcd_run *run = NULL;
         assert_int_equal(bcd_run_create(&run, scene, chunk, NULL), BCD_OK);
@@ -51,6 +52,7 @@ struct experiment experiment_run(struct bcd_scene *scene, int64_t slice)
 
 void experiment_end(struct experiment *e)
 {
+    bcd_theory_free(e->theory);
     bcd_tally_free(e->tally);
     bcd_scene_free(e->scene);
 }
@@ -61,7 +63,7 @@ struct bcd_table *experiment_table(const struct experiment *e, const char *obser
         if (strcmp(bcd_scene_part(e->scene, BCD_SLOT_OBSERVABLE, i)->type, observable) != 0)
             continue;
         struct bcd_table *table = NULL;
-        assert_int_equal(bcd_tally_table(e->tally, e->scene, i, &table), BCD_OK);
+        assert_int_equal(bcd_tally_table(e->tally, e->scene, e->theory, i, &table), BCD_OK);
         return table;
     }
     fail_msg("no observable %s", observable);

@@ -9,6 +9,7 @@
 struct experiment {
     struct bcd_scene *scene;
     struct bcd_tally *tally;
+    struct bcd_theory *theory;
 };
 
 /* Parses (printf-style JSON, single quotes stand for double ones) and completes a scene. */
