@@ -325,7 +325,7 @@ static void show_progress(struct job *job, int64_t started_ns)
     double share = fmin(finished / (double)job->chunks, 1);
     double seconds = (double)(now_ns() - started_ns) * 1e-9;
     for (int i = 0; i < BAR_WIDTH; i++)
-        bar[i] = i < share * BAR_WIDTH ? '#' : '.';
+        bar[i] = i + 1 <= share * BAR_WIDTH ? '#' : '.';
     bar[BAR_WIDTH] = '\0';
     double rest = share > 0 ? seconds * (1 - share) / share : INFINITY;
     long long s = rest < 1e9 ? (long long)ceil(rest) : -1;
