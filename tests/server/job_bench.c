@@ -21,7 +21,7 @@ struct bcd_scene *job_bench_scene(int chunks, int seed)
 {
     struct bcd_scene *scene =
         experiment_scene("{'particles':100,'length':200,'diameter':0.5,"
-                         "'potential':{'type':'cosine','amplitude':6},'time':25,"
+                         "'force':1,'potential':{'type':'cosine','amplitude':6},'time':25,"
                          "'time_step':0.001,'realizations':%d,'seed':%d,'observables':{"
                          "'msd':{'first':0.01,'last':10,'points':8},'density':{'bins':20},"
                          "'energy':{}}}",

@@ -8,7 +8,8 @@
 #include "queue.h"
 
 /* A job of `chunks` chunks of one realization each, about 25000 steps of 100 rods long; jobs with
- * different seeds are different. Owned by the caller. */
+ * different seeds are different. Driven, so that no exact theory (slow) is looked for. Owned by the
+ * caller. */
 struct bcd_scene *job_bench_scene(int chunks, int seed);
 
 /* Keeps the scene's job in the store, where it must be new, and hands it to the queue. The scene is

@@ -93,7 +93,7 @@ static void assert_same_bytes(struct store *store, const char *id, struct bcd_sc
 static struct bcd_scene *long_scene(void)
 {
     return experiment_scene("{'particles':100,'length':200,'diameter':0.5,"
-                            "'potential':{'type':'cosine','amplitude':6},'time':250,"
+                            "'force':1,'potential':{'type':'cosine','amplitude':6},'time':250,"
                             "'time_step':0.001,'realizations':1,'seed':11,'observables':{"
                             "'msd':{'first':0.01,'last':10,'points':8},'density':{'bins':20},"
                             "'energy':{}}}");
@@ -313,8 +313,8 @@ static void run_until_killed(const char *dir)
         pause();
 }
 
-/* SIGKILL at any moment: during recovery, in a chunk, in a commit. No process forks with the database
- * open. */
+/* SIGKILL at any moment: during recovery, in a chunk, in a commit. No process forks with the
+ * database open. */
 static void a_killed_daemon_loses_nothing(void **state)
 {
     static const int lives_ms[] = {3, 10, 20, 35, 50, 70, 90, 60, 40};
