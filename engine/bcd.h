@@ -200,6 +200,7 @@ int64_t bcd_scene_chunks(const struct bcd_scene *scene);
 
 struct bcd_run;
 struct bcd_tally;
+struct bcd_table;
 
 /* Prepares chunk number `chunk` (0 <= chunk < bcd_scene_chunks). Borrows the scene until freed.
  * All memory is allocated here. */
@@ -246,6 +247,11 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
 struct bcd_theory;
 enum bcd_status bcd_theory_create(struct bcd_theory **theory, const struct bcd_scene *scene);
 void bcd_theory_free(struct bcd_theory *theory);
+
+/* One row of numbers about the equilibrium as a whole, table "equilibrium": external energy,
+ * pressure of the infinite system, bonded fraction, the theory's own relative error. Absent columns
+ * say why. */
+enum bcd_status bcd_theory_summary(const struct bcd_theory *theory, struct bcd_table **table);
 
 /* ------------------------------------------------------------------- table */
 

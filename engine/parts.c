@@ -11,6 +11,7 @@ extern const struct pair_type pair_sticky;
 extern const struct observable_type observable_density;
 extern const struct observable_type observable_contact_density;
 extern const struct observable_type observable_msd;
+extern const struct observable_type observable_pair_distribution;
 extern const struct observable_type observable_energy;
 extern const struct observable_type observable_current;
 extern const struct observable_type observable_cluster_sizes;
@@ -23,6 +24,7 @@ const struct pair_type *const pair_types[] = {&pair_sticky, NULL};
 
 const struct observable_type *const observable_types[] = {
     &observable_msd,     &observable_density,       &observable_contact_density,
+    &observable_pair_distribution,
     &observable_energy,  &observable_current,       &observable_cluster_sizes,
     NULL,
 };

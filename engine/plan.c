@@ -180,22 +180,22 @@ static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
 
 /* ---------------------------------------------------------------- sampling */
 
-static double sample_cost(const struct observable_type *type, const void *par,
-                          const struct plan *plan)
+static double sample_cost(const struct bcd_scene *scene)
 {
-    return type->sample_ns ? type->sample_ns(par, plan) : 0;
+    double cost = 0;
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
+        const struct observable_type *type = scene_observable_type(part);
+        cost += type->sample_ns ? type->sample_ns(part->group.values, &scene->plan) : 0;
+    }
+    return cost;
 }
 
 /* Auto: static observables take at most a fifth of the run time, counted in the parts' own rough
  * costs so that it depends on the job alone; and every block gets a few samples. */
-static int64_t sampling_auto(const struct bcd_scene *scene)
+static int64_t sampling_auto(const struct plan *plan)
 {
-    const struct plan *plan = &scene->plan;
-    double cost = 0;
-    const struct scene_part *part;
-    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
-        cost += sample_cost(scene_observable_type(part), part->group.values, plan);
-    double steps = ceil(cost / (sampling_share * plan->method->step_ns));
+    double steps = ceil(plan->sample_ns / (sampling_share * plan->method->step_ns));
     double most = floor((double)plan->steps / (double)(plan->blocks * SAMPLES_PER_BLOCK));
     return (int64_t)fmax(1, fmin(steps, most));
 }
@@ -205,8 +205,9 @@ static void plan_sampling(struct bcd_scene *scene, struct bcd_errors *errors)
     const struct job_par *job = &scene->job;
     struct plan *plan = &scene->plan;
     plan->blocks = plan->realizations > 1 || plan->steps < BLOCKS ? 1 : BLOCKS;
+    plan->sample_ns = sample_cost(scene);
     if (isnan(job->sample_every)) {
-        plan->sample_steps = sampling_auto(scene);
+        plan->sample_steps = sampling_auto(plan);
         return;
     }
     double steps = rint(job->sample_every / plan->time_step);

@@ -34,6 +34,7 @@ struct plan {
     const struct method_type *method;
     double time_step;
     int64_t equilibration_steps, steps, sample_steps;
+    double sample_ns; /* rough cost of one look of all static observables at one rod */
 
     int64_t realizations, per_chunk, chunks;
     int64_t blocks; /* a run's samples: 1, or more when there is but one realization */

@@ -184,6 +184,51 @@ enum bcd_status bcd_theory_table(const struct bcd_theory *theory, const struct b
     return BCD_OK;
 }
 
+static enum bcd_status add_number(struct bcd_table *table, const char *name, double value,
+                                  const char *why_not)
+{
+    if (isnan(value)) {
+        table_add_absent(table, name, BCD_ROLE_OTHER, why_not);
+        return BCD_OK;
+    }
+    double *at = table_add(table, name, BCD_ROLE_OTHER);
+    if (!at)
+        return BCD_NO_MEMORY;
+    *at = value;
+    return BCD_OK;
+}
+
+enum bcd_status bcd_theory_summary(const struct bcd_theory *theory, struct bcd_table **out)
+{
+    const struct theory_result *ring = theory->canonical, *infinite = theory->infinite;
+    struct bcd_table *table = calloc(1, sizeof *table);
+    if (!table)
+        return BCD_NO_MEMORY;
+    table_describe(table, "equilibrium", 1);
+    table->scalar = true;
+    const struct {
+        const char *name;
+        double value;
+        const char *why_not;
+    } rows[] = {
+        {"energy", ring ? ring->energy : NAN, theory->why_not},
+        {"energy_infinite", infinite ? infinite->energy : NAN, theory->why_not_infinite},
+        {"pressure_infinite", infinite ? infinite->pressure : NAN, theory->why_not_infinite},
+        {"bonded_fraction", ring ? ring->bonded_fraction : NAN,
+         ring ? "rods do not bond" : theory->why_not},
+        {"relative_error", ring ? ring->error : NAN, theory->why_not},
+    };
+    enum bcd_status status = BCD_OK;
+    for (size_t i = 0; !status && i < sizeof rows / sizeof *rows; i++)
+        status = add_number(table, rows[i].name, rows[i].value, rows[i].why_not);
+    if (status) {
+        bcd_table_free(table);
+        return status;
+    }
+    *out = table;
+    return BCD_OK;
+}
+
 /* -------------------------------------------------------------- comparison */
 
 /* The normal deviate that is as unlikely as t of Student's distribution. */

@@ -289,7 +289,8 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
         .result_bytes = 6.0 * sizeof(double) * (double)tally_count(scene),
         .steps = steps,
         .rod_steps = rod_steps,
-        /* Per step: the rods, and a fixed part for calls and loop starts. */
-        .core_seconds = 1e-9 * (rod_steps * plan->method->step_ns * 1.4 + steps * 60),
+        /* Per step: the rods, and a fixed part for calls and loop starts; then the looks. */
+        .core_seconds = 1e-9 * (rod_steps * plan->method->step_ns * 1.4 + steps * 60 +
+                                rod_steps / (double)plan->sample_steps * plan->sample_ns),
     };
 }

@@ -36,6 +36,15 @@ static const struct cli_command commands[] = {
             "with the\n"
             "JSON pointer of its field; the exit status is then 1.",
      .function = cli_check},
+    {.name = "theory",
+     .usage = "JOB.json",
+     .doc = "prints the exact references of a job\n"
+            "For each observable the exact values on its own bins or lags: \"theory\" is the ring "
+            "of N\n"
+            "rods that a simulation samples, \"infinite\" the infinite system at the same density; "
+            "null\n"
+            "with a reason where there is none.",
+     .function = cli_theory},
     {0},
 };
 

@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * pair_distribution - g(r): density of pairs of rods at distance r between centres, r counted in one
+ * direction round the ring, over the square of the mean density; both rods anywhere. All pairs count,
+ * not only neighbours: g tends to 1 - 1/N.
+ */
+#include "part.h"
+#include "table.h"
+
+#include <math.h>
+#include <string.h>
+
+struct pair_par {
+    int64_t bins;
+    double last;
+};
+
+static const struct bcd_param pair_params[] = {
+    {.name = "bins",
+     .type = BCD_PARAM_INTEGER,
+     .min = 1,
+     .max = 100000,
+     .fallback = 100,
+     .doc = "bins over [0, last]",
+     .offset = offsetof(struct pair_par, bins)},
+    {.name = "last",
+     .type = BCD_PARAM_AUTO,
+     .above_min = true,
+     .unit = "length",
+     .min = 0,
+     .max = 1e12,
+     .fallback = NAN,
+     .doc = "largest distance; auto = five mean distances, at most half of the ring",
+     .offset = offsetof(struct pair_par, last)},
+    {0},
+};
+
+struct pair_memory {
+    int64_t samples;
+    int64_t counts[];
+};
+
+static double pair_last(const void *par, const struct plan *plan)
+{
+    double last = ((const struct pair_par *)par)->last;
+    double usual = fmin(5 * plan->length / (double)plan->particles, plan->length / 2);
+    return isnan(last) ? usual : last;
+}
+
+static size_t pair_count(const void *par, const struct plan *plan)
+{
+    (void)plan;
+    return (size_t)((const struct pair_par *)par)->bins;
+}
+
+static size_t pair_memory(const void *par, const struct plan *plan)
+{
+    return sizeof(struct pair_memory) + pair_count(par, plan) * sizeof(int64_t);
+}
+
+static void pair_check(const struct bcd_group *group, const struct plan *plan,
+                       struct bcd_errors *errors)
+{
+    double most = plan->length - plan->diameter;
+    if (pair_last(group->values, plan) > most)
+        group_fault(group, "last", errors, "must not exceed length - diameter = %.12g", most);
+}
+
+/* Looking at a rod is looking at all rods within reach. */
+static double pair_sample_ns(const void *par, const struct plan *plan)
+{
+    return 2 + 2 * pair_last(par, plan) * (double)plan->particles / plan->length;
+}
+
+static void pair_begin(struct observer *o, const struct sim *sim)
+{
+    (void)sim;
+    memset(o->memory, 0, pair_memory(o->par, o->plan));
+}
+
+static void pair_sample(struct observer *o, const struct sim *sim)
+{
+    const struct plan *plan = o->plan;
+    struct pair_memory *memory = o->memory;
+    const double last = pair_last(o->par, plan), unit = (double)o->count / last;
+    const double *y = sim->y;
+    int64_t n = plan->particles;
+    for (int64_t i = 0; i < n; i++) {
+        for (int64_t d = 1; d < n; d++) {
+            int64_t j = i + d < n ? i + d : i + d - n;
+            double turned = i + d < n ? 0 : plan->free_length;
+            double r = (y[j] - y[i]) + turned + (double)d * plan->diameter;
+            if (r >= last)
+                break;
+            size_t bin = (size_t)(r * unit);
+            memory->counts[bin < o->count ? bin : o->count - 1]++;
+        }
+    }
+    memory->samples++;
+}
+
+static void pair_end_block(struct observer *o, const struct sim *sim, double *values)
+{
+    const struct plan *plan = o->plan;
+    struct pair_memory *memory = o->memory;
+    double n = (double)plan->particles, width = pair_last(o->par, plan) / (double)o->count;
+    double unit = plan->length / ((double)memory->samples * n * n * width);
+    for (size_t i = 0; i < o->count; i++)
+        values[i] = memory->samples ? (double)memory->counts[i] * unit : NAN;
+    pair_begin(o, sim);
+}
+
+static enum bcd_status pair_describe(const void *par, const struct plan *plan,
+                                     const struct moments *moments, struct bcd_table *table)
+{
+    (void)moments;
+    table_describe(table, "pair_distribution", pair_count(par, plan));
+    table_axes(table, "distance r", "pair distribution g(r)");
+    double *r = table_add(table, "r", BCD_ROLE_X);
+    if (!r)
+        return BCD_NO_MEMORY;
+    for (size_t i = 0; i < table->rows; i++)
+        r[i] = ((double)i + 0.5) * pair_last(par, plan) / (double)table->rows;
+    return BCD_OK;
+}
+
+static void pair_want(const void *par, const struct plan *plan, struct theory_wanted *wanted)
+{
+    wanted->pair_bins = pair_count(par, plan);
+    wanted->pair_last = pair_last(par, plan);
+}
+
+static void pair_exact(const void *par, const struct plan *plan, struct exact *exact)
+{
+    (void)par, (void)plan;
+    exact_from(exact, exact->equilibrium ? exact->equilibrium->pair : NULL);
+}
+
+const struct observable_type observable_pair_distribution = {
+    .base = {.part = {.name = "pair_distribution",
+                      .doc = "density of pairs at a distance, g(r)",
+                      .params = pair_params},
+             .par_size = sizeof(struct pair_par)},
+    .check = pair_check,
+    .value = "pair_distribution",
+    .sample_ns = pair_sample_ns,
+    .count = pair_count,
+    .memory = pair_memory,
+    .begin = pair_begin,
+    .sample = pair_sample,
+    .end_block = pair_end_block,
+    .describe = pair_describe,
+    .want = pair_want,
+    .exact = pair_exact,
+};
