@@ -24,8 +24,8 @@ struct task {
     int64_t chunk;                 /* QUEUE_FINISH: none is left, only finishing the job */
     const atomic_bool *cancelled;  /* look at it between slices */
     _Atomic int64_t *ticks_done;   /* the worker writes its progress here, */
-    _Atomic int64_t *ticks_total;  /* and first of all what will make it complete (NULL, both, in a */
-    void *claim;                   /* task QUEUE_FINISH); claim is the queue's own */
+    _Atomic int64_t *ticks_total;  /* and what will make it complete; both NULL for QUEUE_FINISH */
+    void *claim;                   /* the queue's own */
 };
 enum { QUEUE_FINISH = -1 };
 
@@ -40,8 +40,8 @@ void queue_free(struct queue *queue);
  * failed with the reason. */
 enum store_status queue_recover(struct queue *queue);
 
-/* A job that was just inserted; the queue owns the scene afterwards (_take). Without memory for it the
- * job stays queued in the store until the next start. */
+/* A job that was just inserted; the queue owns the scene afterwards (_take). Without memory for it
+ * the job stays queued in the store until the next start. */
 void queue_take(struct queue *queue, const char *id, struct bcd_scene *scene);
 
 /* Waits for work; false when the queue is stopping. Marks the job running in the store before its
@@ -50,8 +50,8 @@ void queue_take(struct queue *queue, const char *id, struct bcd_scene *scene);
  * queue_forget. */
 bool queue_claim(struct queue *queue, struct task *task);
 
-/* The chunk is finished and its tally stored. The last chunk of a job makes the caller finish the job
- * (merge, tables, store): *last tells, and id, scene and cancelled then stay borrowed until the
+/* The chunk is finished and its tally stored. The last chunk of a job makes the caller finish the
+ * job (merge, tables, store): *last tells, and id, scene and cancelled then stay borrowed until the
  * caller ends the job here with queue_forget, which it must. */
 void queue_done(struct queue *queue, struct task *task, bool *last);
 void queue_forget(struct queue *queue, const char *id);
@@ -59,8 +59,8 @@ void queue_forget(struct queue *queue, const char *id);
 /* The chunk was not finished (stopping, cancelled, failed) and goes back. */
 void queue_release(struct queue *queue, struct task *task);
 
-/* Cancels a job: no further chunk is handed out, running ones are told; when the last of them is let
- * go, the job is gone from here. Unknown ids are ignored. The store is the caller's business. */
+/* Cancels a job: no further chunk is handed out, running ones are told; when the last of them is
+ * let go, the job is gone from here. Unknown ids are ignored. The store is the caller's business. */
 void queue_cancel(struct queue *queue, const char *id);
 
 /* 0..1 of a job in the queue; negative when it is not here (the store then knows). */

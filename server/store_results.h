@@ -32,7 +32,8 @@ enum store_status store_results_chunks(struct store *store, const char *id, bool
 enum store_status store_results_load_chunk(struct store *store, const char *id, int64_t chunk,
                                            struct blob *tally);
 
-/* running -> done: all tables written, chunk tallies and checkpoints dropped, in one transaction. */
+/* running -> done: all tables written, chunk tallies and checkpoints dropped, in one transaction.
+ * STORE_CONFLICT, and nothing written, when the job is not running (any more). */
 struct result_new {
     const char *observable;
     const void *table;
