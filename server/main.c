@@ -104,7 +104,8 @@ static void announce(const struct config *config, uint16_t port)
                          log_text("version", BCD_VERSION)));
 }
 
-/* SIGPIPE: a client that hangs up, or a reader of our stdout, must not end the daemon. */
+/* SIGPIPE: a client that hangs up, or a reader of our stdout, must not end the daemon. SIGXFSZ: a
+ * limit on file sizes is a full disk, which the store reports. */
 static void block_signals(sigset_t *ending)
 {
     sigemptyset(ending);
@@ -113,6 +114,7 @@ static void block_signals(sigset_t *ending)
     sigaddset(ending, SIGHUP);
     pthread_sigmask(SIG_BLOCK, ending, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
 }
 
 /* Two thousand connections need more descriptors than the usual soft limit gives. */

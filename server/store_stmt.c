@@ -101,6 +101,10 @@ enum store_status store_end(struct store *store, enum store_status status)
     /* Some errors have rolled back by themselves already. */
     if (!sqlite3_get_autocommit(store->writer))
         store_exec(store->writer, "ROLLBACK");
+    /* What the log holds moves into the database, if that has room: the log's file is then used
+     * again from its start, and the next try may fit. */
+    if (status == STORE_FULL)
+        sqlite3_wal_checkpoint_v2(store->writer, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
     pthread_mutex_unlock(&store->write_mutex);
     return status;
 }
