@@ -33,7 +33,6 @@
  * Solved by Newton's method for ln rho and ln z at fixed mean density, U being switched on in steps.
  * Shifts and integrals are exact on the Fourier modes of the grid. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "lu.h"
@@ -131,6 +130,7 @@ static bool evaluate(struct percus *p, double share)
             return false;
         }
         double t = r + s + m / gamma, c = 0, root = 1;
+        p->by_rho[i] = p->by_next[i] = p->by_empty[i] = 0;
         if (gamma > 0) {
             root = sqrt(fmax(t * t - 4 * r * s, 0));
             c = 2 * r * s / (t + root);
@@ -232,7 +232,6 @@ static bool converge(struct percus *p, double share)
         lu_factor(n + 1, p->jacobian, p->pivot);
         lu_solve(n + 1, p->jacobian, p->pivot, p->residual);
         double step = largest(p->residual, n + 1);
-fprintf(stderr,"n %zu share %g turn %d step %g\n",n,share,turn,step);
         if (!(step < 20)) {
             return false;
         }
@@ -275,7 +274,7 @@ static enum bcd_status switch_on(struct percus *p, struct bcd_error *error)
         }
         memcpy(p->log_rho, good, (n + 1) * sizeof *good);
         stride /= 3;
-        if (stride < 1e-4) {
+        if (stride < 1e-3) {
             return theory_fail(error, BCD_INVALID,
                                "Percus: no convergence beyond %.3g of the potential on %zu points "
                                "per period",
