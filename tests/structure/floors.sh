@@ -103,7 +103,7 @@ report "the server includes downwards only" "$(
             if (file ~ /^(main|cli|config)/)                return 5
             if (file ~ /^(http|routes|handle|reply)/)       return 4
             if (file ~ /^(queue|worker)/)                   return 3
-            if (file ~ /_json$/ || file ~ /^(plot|table)_/) return 2
+            if (file ~ /_(json|print)$/ || file ~ /^(plot|table)_/) return 2
             if (file ~ /^store/)                            return 1
             return 0
         }
