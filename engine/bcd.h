@@ -54,7 +54,8 @@ struct bcd_error {
     char text[256];
 };
 
-/* All faults of a job at once. count may not exceed the array: later faults only raise `dropped`. */
+/* All faults of a job at once. count may not exceed the array: later faults only raise
+ * `dropped`. */
 enum { BCD_ERRORS_MAX = 32 };
 struct bcd_errors {
     size_t count, dropped;
@@ -192,8 +193,9 @@ struct bcd_estimate {
 };
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate);
 
-/* Realizations are run in chunks; how many a chunk holds depends on the job alone, so that the order
- * of reduction, and with it every bit of the result, does not depend on workers or restarts. */
+/* Realizations are run in chunks; how many a chunk holds depends on the job alone, so that the
+ * order of reduction, and with it every bit of the result, does not depend on workers or
+ * restarts. */
 int64_t bcd_scene_chunks(const struct bcd_scene *scene);
 
 /* --------------------------------------------------------------------- run */
@@ -271,7 +273,8 @@ struct bcd_column {
     char reason[160];  /* why it is absent */
 };
 
-/* A remark that goes with a result: "stderr_from": "realizations". Text when text[0], else number. */
+/* A remark that goes with a result: "stderr_from": "realizations". Text when text[0], else
+ * number. */
 struct bcd_note {
     char name[32];
     char text[160];
@@ -301,7 +304,8 @@ enum bcd_status bcd_theory_table(const struct bcd_theory *theory, const struct b
 void bcd_table_free(struct bcd_table *table);
 const struct bcd_column *bcd_table_column(const struct bcd_table *table, enum bcd_role role);
 
-/* As bytes (little-endian, versioned, checksummed), to be kept. _save writes bcd_table_size bytes. */
+/* As bytes (little-endian, versioned, checksummed), to be kept. _save writes bcd_table_size
+ * bytes. */
 size_t bcd_table_size(const struct bcd_table *table);
 void bcd_table_save(const struct bcd_table *table, void *bytes);
 enum bcd_status bcd_table_load(struct bcd_table **table, const void *bytes, size_t size,

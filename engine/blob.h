@@ -22,8 +22,8 @@ enum blob_kind {
 uint64_t blob_hash(const void *bytes, size_t size, uint64_t start);
 #define BLOB_HASH_START 0xcbf29ce484222325u
 
-/* Writes the header in front of the body that already stands at bytes + BLOB_HEADER_SIZE. size counts
- * both. identity = what this belongs to (0 = nothing in particular). */
+/* Writes the header in front of the body that already stands at bytes + BLOB_HEADER_SIZE. size
+ * counts both. identity = what this belongs to (0 = nothing in particular). */
 void blob_seal(void *bytes, enum blob_kind kind, uint64_t identity, size_t size);
 
 /* Everything a header can tell about bytes that come from outside. */

@@ -84,8 +84,8 @@ struct observer {
     size_t first, count; /* its values within a tally */
 };
 
-/* Statistics of one observable's values over independent samples (realizations or blocks). Arrays of
- * `count`: number of samples that had a value, their mean, sum of squared deviations. */
+/* Statistics of one observable's values over independent samples (realizations or blocks). Arrays
+ * of `count`: number of samples that had a value, their mean, sum of squared deviations. */
 struct moments {
     const double *samples, *mean, *square;
     size_t count;
@@ -120,7 +120,8 @@ struct observable_type {
     /* The longest time step that still resolves what is asked; INFINITY = no demand. */
     double (*time_step_max)(const void *par, const struct plan *plan);
     const char *value; /* name of the column of measured values */
-    /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own times. */
+    /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own
+     * times. */
     double (*sample_ns)(const void *par, const struct plan *plan);
     size_t (*count)(const void *par, const struct plan *plan);  /* values of one sample */
     size_t (*memory)(const void *par, const struct plan *plan); /* bytes */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * plan.c - from what the job says to what the runs do: periods, method, time step, sampling, chunks.
- * See plan.h and scene.h.
+ * plan.c - from what the job says to what the runs do: periods, method, time step, sampling,
+ * chunks. See plan.h and scene.h.
  */
 #include "scene.h"
 #include "status.h"
@@ -11,10 +11,10 @@
 #include <stdio.h>
 #include <string.h>
 
-static const double steps_max = 1e15;       /* counts stay exact in doubles and far from overflow */
-static const double stability_max = 1;      /* mu h max|U''|: beyond, profiles melt without a sign */
-static const double chunk_rod_steps = 2e6;  /* short realizations share a chunk of about this work */
-static const double sampling_share = 0.2;   /* of the run time goes into static observables */
+static const double steps_max = 1e15; /* counts stay exact in doubles and far from overflow */
+static const double stability_max = 1; /* mu h max|U''|: beyond, profiles melt without a sign */
+static const double chunk_rod_steps = 2e6; /* short realizations share a chunk of about this work */
+static const double sampling_share = 0.2; /* of the run time goes into static observables */
 enum { PER_CHUNK_MAX = 64, BLOCKS = 32, SAMPLES_PER_BLOCK = 4 };
 
 /* ------------------------------------------------------- geometry and field */

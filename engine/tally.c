@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * tally.c - see tally.h and bcd.h. Means and variances by Welford's recurrence, merged by Chan's. */
+ * tally.c - see tally.h and bcd.h. Means and variances by Welford's recurrence, merged by
+ * Chan's. */
 #include "tally.h"
 #include "blob.h"
 #include "reference.h"

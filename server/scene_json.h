@@ -10,13 +10,13 @@
 
 /* Reads a job (UTF-8 text of `size` bytes), completes it and hands over a finished scene.
  * Refuses (BCD_INVALID, every fault in errors with its JSON pointer): text that is not one JSON
- * object, duplicate keys, unknown keys, wrong types, numbers that are not finite or would silently become 0.
- * Text that is no JSON at all is one fault whose code is BCD_CORRUPT. */
+ * object, duplicate keys, unknown keys, wrong types, numbers that are not finite or would silently
+ * become 0. Text that is no JSON at all is one fault whose code is BCD_CORRUPT. */
 enum bcd_status scene_json_parse(const char *text, size_t size, struct bcd_scene **scene,
                                  struct bcd_errors *errors);
 
-/* The completed job, and what was derived from it, as compact JSON objects (malloc'ed, NULL = out of
- * memory). Parsing the first again gives a scene with the same bcd_scene_encode() bytes. */
+/* The completed job, and what was derived from it, as compact JSON objects (malloc'ed, NULL = out
+ * of memory). Parsing the first again gives a scene with the same bcd_scene_encode() bytes. */
 char *scene_json_job(const struct bcd_scene *scene);
 char *scene_json_derived(const struct bcd_scene *scene);
 

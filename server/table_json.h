@@ -8,8 +8,8 @@
 
 #include "bcd.h"
 
-/* {"lag":[..],"msd":[..],...} for lists, {"current":..,"stderr":..} for scalars. NaN becomes null; an
- * absent column becomes null with "<name>_reason". Notes follow as further members. */
+/* {"lag":[..],"msd":[..],...} for lists, {"current":..,"stderr":..} for scalars. NaN becomes null;
+ * an absent column becomes null with "<name>_reason". Notes follow as further members. */
 char *table_json_print(const struct bcd_table *table);
 
 /* {"msd":{...},"density":{...}}: all tables of a job. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * histogram.h - where in a period the rods are: x_i = y_i + i * diameter, folded into [0, period). */
+ * histogram.h - where in a period the rods are: x_i = y_i + i * diameter, folded into [0,
+ * period). */
 #ifndef KERNELS_HISTOGRAM_H
 #define KERNELS_HISTOGRAM_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * isotonic.c - see isotonic.h. Only blocks of two rods and more are kept on the stack; a rod outside
- * them is a block of its own, read from y. In a sparse ring the whole call is one scan. */
+ * isotonic.c - see isotonic.h. Only blocks of two rods and more are kept on the stack; a rod
+ * outside them is a block of its own, read from y. In a sparse ring the whole call is one scan. */
 #include "isotonic.h"
 
 #include <stdbool.h>
@@ -153,7 +153,8 @@ void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *bloc
     double at_head = seam.block.mean - ell, at_tail = at_head + ell;
     for (int64_t i = seam.block.first; i < n; i++)
         y[i] = at_tail;
-    /* That rounding can put the tail an ulp of the head below its mean, and a rod there ahead of it. */
+    /* That rounding can put the tail an ulp of the head below its mean, and a rod there ahead of
+     * it. */
     for (int64_t i = seam.block.first - 1; i > seam.block.last - n && y[i] > at_tail; i--)
         y[i] = at_tail;
     for (int64_t i = 0; i <= seam.block.last - n; i++)

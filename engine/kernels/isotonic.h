@@ -3,7 +3,8 @@
  * isotonic.h - isotonic regression on a ring by pooling adjacent violators: the resolver of
  * Brownian cluster dynamics. Fragmentation by mean forces and merging on collision (Antonov et al.,
  * doi 10.1103/PhysRevE.106.054606, Eqs. 4-5 and 13-19; doi 10.1016/j.cpc.2024.109474, Eqs. 4-8 and
- * 18-20) together are the Euclidean projection of the freely displaced rods onto the rings in order.
+ * 18-20) together are the Euclidean projection of the freely displaced rods onto the rings in
+ * order.
  */
 #ifndef KERNELS_ISOTONIC_H
 #define KERNELS_ISOTONIC_H

@@ -51,14 +51,16 @@ static inline __attribute__((always_inline)) void philox_tile(struct tile *t, ui
     philox_rounds(t, key->seed);
 }
 
-/* Box-Muller: radius from `u`, angle from `v`; sine and cosine by own polynomials (elementary.h). */
+/* Box-Muller: radius from `u`, angle from `v`; sine and cosine by own polynomials
+ * (elementary.h). */
 static inline __attribute__((always_inline)) void pair_tile(const uint32_t *u, const uint32_t *v,
                                                             double *sines, double *cosines)
 {
     const double unit = 0x1p-32;
     for (int j = 0; j < TILE; j++) {
         /* (w + 1/2) 2^-32 lies strictly inside (0, 1). 2^52 + w is exact: no conversion needed. */
-        double uniform = (from_bits(0x4330000000000000u | u[j]) - (4503599627370496.0 - 0.5)) * unit;
+        double half_up = from_bits(0x4330000000000000u | u[j]) - (4503599627370496.0 - 0.5);
+        double uniform = half_up * unit;
         double radius = sqrt(-2.0 * log_normal(uniform));
         double turn = (from_bits(0x4330000000000000u | v[j]) - 4503599627370496.0) * unit - 0.5;
         sines[j] = radius * sin_half(turn);

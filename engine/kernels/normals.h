@@ -21,9 +21,9 @@ struct noise_key {
 /* out[i] += scale * normal(i), i = 0 .. n-1, for one tick (0 <= tick < 2^56), n < 2^34. */
 void normals_add(double *out, int64_t n, double scale, const struct noise_key *key, int64_t tick);
 
-/* The same normals, unscaled, for several ticks at once: row t of out holds those of tick first + t,
- * rows are normals_stride(n) apart (the rest of a row is filled too). For small n, where one tick
- * leaves most of a vector register idle. */
+/* The same normals, unscaled, for several ticks at once: row t of out holds those of tick first +
+ * t, rows are normals_stride(n) apart (the rest of a row is filled too). For small n, where one
+ * tick leaves most of a vector register idle. */
 static inline int64_t normals_stride(int64_t n)
 {
     return (n + 3) / 4 * 4;

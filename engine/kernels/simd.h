@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * simd.h - KERNEL_CLONES before a kernel builds it for several instruction sets and picks one when
- * the program is loaded. All of them give the same bits: the arithmetic is IEEE in a fixed order and
- * contraction to FMA is off. Left out under sanitizers, whose start-up precedes the choice.
+ * the program is loaded. All of them give the same bits: the arithmetic is IEEE in a fixed order
+ * and contraction to FMA is off. Left out under sanitizers, whose start-up precedes the choice.
  */
 #ifndef KERNELS_SIMD_H
 #define KERNELS_SIMD_H

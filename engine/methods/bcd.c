@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * bcd - Brownian cluster dynamics: an Euler step of all rods, projected back onto the rings in order.
- * The projection is one isotonic regression (kernels/isotonic.h) and equals fragmentation and merging
- * of clusters in doi 10.1103/PhysRevE.106.054606 and doi 10.1016/j.cpc.2024.109474.
+ * bcd - Brownian cluster dynamics: an Euler step of all rods, projected back onto the rings in
+ * order. The projection is one isotonic regression (kernels/isotonic.h) and equals fragmentation
+ * and merging of clusters in doi 10.1103/PhysRevE.106.054606 and doi 10.1016/j.cpc.2024.109474.
  * Weak order 1/2 at contacts, 1 in smooth fields: rods behave as if shorter by 1.165 sqrt(D h).
  */
 #include "part.h"

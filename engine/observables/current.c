@@ -61,8 +61,8 @@ static void current_exact(const void *par, const struct plan *plan, struct exact
 {
     (void)par;
     exact->reason = "driven rods in a potential: no closed form";
-    bool rest = plan->force == 0 && (!plan->potential || plan->potential->steady(plan->potential_par));
-    if (plan->field && !rest)
+    bool steady = !plan->field || plan->potential->steady(plan->potential_par);
+    if (plan->field && (plan->force != 0 || !steady))
         return;
     exact->values[0] =
         (double)plan->particles / plan->length * plan->mobility * plan->force;

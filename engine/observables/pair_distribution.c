@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * pair_distribution - g(r): density of pairs of rods at distance r between centres, r counted in one
- * direction round the ring, over the square of the mean density; both rods anywhere. All pairs count,
- * not only neighbours: g tends to 1 - 1/N.
+ * pair_distribution - g(r): density of pairs of rods at distance r between centres, r counted in
+ * one direction round the ring, over the square of the mean density; both rods anywhere. All pairs
+ * count, not only neighbours: g tends to 1 - 1/N.
  */
 #include "part.h"
 #include "table.h"

@@ -11,8 +11,9 @@
 #include <cmocka.h>
 
 #define ALL_OBSERVABLES                                                                            \
-    "'observables': {'density': {'bins': 20}, 'contact_density': {'bins': 10, 'gap': 0.05},"      \
-    " 'pair_distribution': {'bins': 15}, 'msd': {'points': 25}, 'energy': {}, 'current': {}, 'cluster_sizes': {}}"
+    "'observables': {'density': {'bins': 20}, 'contact_density': {'bins': 10, 'gap': 0.05},"       \
+    " 'pair_distribution': {'bins': 15}, 'msd': {'points': 25}, 'energy': {}, 'current': {},"      \
+    " 'cluster_sizes': {}}"
 
 /* One realization in blocks, with equilibration; several realizations in several chunks. */
 static const char *const scenes[] = {

@@ -44,8 +44,8 @@ static void test_single_rod_is_boltzmann_distributed(void **state)
     experiment_end(&e);
 }
 
-/* Without noise one rod obeys tan(pi x(t)) = tan(pi x(0)) exp(k t), k = 2 pi^2 U0 (lambda = mu = 1):
- * a lattice rod starts at x = L/2. Two steps of a first-order scheme, extrapolated. */
+/* Without noise one rod obeys tan(pi x(t)) = tan(pi x(0)) exp(k t), k = 2 pi^2 U0 (lambda = mu =
+ * 1): a lattice rod starts at x = L/2. Two steps of a first-order scheme, extrapolated. */
 static double noiseless_energy(double time_step)
 {
     struct experiment e = experiment_run(
