@@ -36,13 +36,14 @@ enum { REAP_MS = 500, DRAIN_POLL_MS = 5 };
 enum phase {
     PHASE_WAITING,   /* for the first byte, or somewhere in a request line */
     PHASE_RECEIVING, /* the rest of a request */
-    PHASE_ANSWERING,
+    PHASE_ANSWERING, /* from the handler's start on */
 };
 
 struct connection {
     struct connection *next, *previous;
     int fd;
     enum phase phase;
+    bool hung_up; /* the other end had, when the reaper came by */
     int64_t deadline_ms;
 };
 
@@ -76,6 +77,7 @@ static int listen_on(const char *host, uint16_t port, uint16_t *bound);
 static struct MHD_Daemon *start_daemon(struct http *http);
 static void *reap(void *context);
 static void reap_late(struct http *http, int64_t now_ms);
+static bool has_hung_up(const struct connection *c);
 static size_t count_busy(struct http *http);
 static void on_log(void *context, const char *format, va_list args);
 static void on_connection(void *context, struct MHD_Connection *connection, void **socket_context,
@@ -245,13 +247,19 @@ static void *reap(void *context)
     return NULL;
 }
 
-/* Ends what is past its deadline. Mutex held. */
+/* Ends what is past its deadline. Mutex held. Also what the other end has left: the library waits
+ * for an edge of epoll that it may have had already, with the bytes before the end. Twice seen is
+ * sure, for a request may end with the connection and be on its way to the handler. */
 static void reap_late(struct http *http, int64_t now_ms)
 {
     static const char late[] = "HTTP/1.1 408 Request Timeout\r\nConnection: close\r\n"
                                "Content-Length: 0\r\n\r\n";
     for (struct connection *c = http->connections; c; c = c->next) {
-        if (now_ms < c->deadline_ms)
+        if (c->deadline_ms == INT64_MAX) /* done with */
+            continue;
+        bool hung_up = has_hung_up(c), seen = c->hung_up;
+        c->hung_up = hung_up;
+        if (now_ms < c->deadline_ms && !(hung_up && seen))
             continue;
         /* While a request is still coming in, the library sends nothing that this could mix with.
          */
@@ -259,9 +267,16 @@ static void reap_late(struct http *http, int64_t now_ms)
             (void)!send(c->fd, late, sizeof(late) - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
         shutdown(c->fd, SHUT_RDWR);
         c->deadline_ms = INT64_MAX;
-        log_write(LOG_LEVEL_WARNING, "connection_too_old",
+        log_write(LOG_LEVEL_WARNING, hung_up ? "connection_left" : "connection_too_old",
                   LOG_FIELDS(log_integer("phase", c->phase)));
     }
+}
+
+/* Nothing more will come of a request that is not complete. */
+static bool has_hung_up(const struct connection *c)
+{
+    char byte;
+    return c->phase != PHASE_ANSWERING && recv(c->fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
 }
 
 /* Connections with a request in progress. */
@@ -270,7 +285,7 @@ static size_t count_busy(struct http *http)
     size_t busy = 0;
     pthread_mutex_lock(&http->mutex);
     for (const struct connection *c = http->connections; c; c = c->next)
-        busy += c->phase != PHASE_WAITING;
+        busy += c->phase != PHASE_WAITING && !has_hung_up(c);
     pthread_mutex_unlock(&http->mutex);
     return busy;
 }
@@ -502,6 +517,7 @@ static void handle(struct http *http, struct MHD_Connection *connection, const c
         .body_size = exchange->body_size,
         .query = query,
     };
+    set_phase(http, connection, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
     const char *fault =
         http_guard_query(exchange->query, query, LIMIT_QUERY_MAX, &request.query_count);
     if (fault)

@@ -467,6 +467,45 @@ static void stop_lets_requests_end(void **state)
     f->http = NULL;
 }
 
+/* Clients that leave in the middle of a request are forgotten, and not waited for at the end. */
+static void leavers_are_forgotten(void **state)
+{
+    enum { CLIENTS = 40, SENT = 100000 };
+    static const char head[] = "POST / HTTP/1.1\r\n" HOST "Content-Length: 1000001\r\n\r\n";
+    struct fixture *f = *state;
+    char answer[ANSWER_SIZE], *body = calloc(1, SENT);
+    bool closed;
+    http_stop(f->http);
+    f->http = start(f, 0); /* age has no part in this */
+    for (int i = 0; i < CLIENTS; i++) {
+        int fd = dial(f);
+        say(fd, head, sizeof(head) - 1);
+        say(fd, body, SENT);
+        close(fd);
+    }
+    free(body);
+    assert_int_equal(ask(f, "GET / HTTP/1.1\r\n" HOST "\r\n", answer, &closed), 200);
+    int64_t begin_ms = now_ms();
+    http_stop(f->http);
+    f->http = NULL;
+    assert_true(now_ms() - begin_ms < 1000);
+}
+
+/* As `nc -N` does it: the request is complete, only nothing more will follow. */
+static void half_closed_is_answered(void **state)
+{
+    struct fixture *f = *state;
+    static const char get[] = "GET / HTTP/1.1\r\n" HOST "\r\n";
+    char answer[ANSWER_SIZE];
+    f->handler_ms = 1200; /* the reaper comes by twice */
+    int fd = dial(f);
+    say(fd, get, sizeof(get) - 1);
+    shutdown(fd, SHUT_WR);
+    listen_to(fd, answer, WAIT_MS);
+    close(fd);
+    assert_non_null(strstr(answer, "seen"));
+}
+
 static void taken_port_is_told(void **state)
 {
     struct fixture *f = *state;
@@ -495,6 +534,8 @@ int main(void)
         TEST(slow_requests_end),
         TEST(keep_alive_outlives_the_age),
         TEST(stop_lets_requests_end),
+        TEST(leavers_are_forgotten),
+        TEST(half_closed_is_answered),
         TEST(taken_port_is_told),
     };
     return cmocka_run_group_tests_name("http", tests, NULL, NULL);
