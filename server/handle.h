@@ -12,12 +12,15 @@
 #include "queue.h"
 #include "store.h"
 
+#include <stdatomic.h>
+
 enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 
 /* What the daemon consists of, as far as requests are concerned. Borrowed. */
 struct service {
     struct store *store;
     struct queue *queue;
+    atomic_flag *theory; /* set while one is computed; NULL = no limit */
 };
 
 /* A request that met its route; arg[i] is what stood in the place of the pattern's i-th {...}. */
@@ -30,7 +33,7 @@ typedef void handler(const struct service *service, const struct call *call, str
 
 /* handle_jobs.c */
 handler handle_jobs_submit, handle_jobs_list, handle_jobs_get, handle_jobs_cancel;
-handler handle_jobs_estimate;
+handler handle_jobs_estimate, handle_jobs_theory;
 
 /* handle_results.c */
 handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;

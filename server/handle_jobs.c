@@ -5,6 +5,7 @@
 #include "reply.h"
 #include "scene_json.h"
 #include "store_jobs.h"
+#include "theory_print.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -134,6 +135,23 @@ void handle_jobs_estimate(const struct service *service, const struct call *call
     if (!read_scene(call->request, &scene, reply))
         return;
     reply_json_take(reply, estimate_print(scene));
+    bcd_scene_free(scene);
+}
+
+/* Takes up to seconds on a thread that has other connections to serve: one at a time. */
+void handle_jobs_theory(const struct service *service, const struct call *call,
+                        struct reply *reply)
+{
+    struct bcd_scene *scene = NULL;
+    if (!read_scene(call->request, &scene, reply))
+        return;
+    if (service->theory && atomic_flag_test_and_set(service->theory)) {
+        reply_problem(reply, PROBLEM_BUSY, "another theory is being computed: try again");
+    } else {
+        reply_json_take(reply, theory_print(scene));
+        if (service->theory)
+            atomic_flag_clear(service->theory);
+    }
     bcd_scene_free(scene);
 }
 

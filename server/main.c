@@ -52,7 +52,8 @@ int main(int argc, char **argv)
 
 static int serve(const struct config *config)
 {
-    struct service service = {0};
+    atomic_flag theory = ATOMIC_FLAG_INIT;
+    struct service service = {.theory = &theory};
     struct workers *workers = NULL;
     struct http *http = NULL;
     char reason[512] = "the store or the queue cannot be started, the log says why";

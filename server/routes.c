@@ -19,6 +19,7 @@ static const struct route routes[] = {
     {"GET",    JOB "/results/{name}.csv", false, handle_results_csv, "the same as CSV"},
     {"GET",    JOB "/results/{name}.svg", false, handle_results_svg, "the same as a picture"},
     {"POST",   "/v1/estimate", false, handle_jobs_estimate, "a job's cost before it is submitted"},
+    {"POST",   "/v1/theory", false, handle_jobs_theory, "a job's exact references"},
     {"GET",    "/healthz", false, handle_service_health, "is the server alive"},
     {"GET",    "/readyz", false, handle_service_ready, "does it take jobs"},
     {"GET",    "/", false, handle_service_index, "this list"},

@@ -1,0 +1,54 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Exact references over HTTP and on the command line: one document; and beside results.
+. "$(dirname "$0")/_lib.sh"
+daemon_start "$T/data" --workers 2
+
+job() { # $1 = further members
+    printf '{"particles":8,"length":10,"diameter":0.8,"time":1,"time_step":0.001,%s' "$1"
+    printf '"observables":{"density":{"bins":10},"contact_density":{"bins":5,"gap":0.01},'
+    printf '"energy":{},"pair_distribution":{"bins":20,"last":2},"msd":{"points":5},'
+    printf '"cluster_sizes":{}}}'
+}
+
+job '"potential":{"type":"cosine","amplitude":6},' >"$T/job"
+ask POST /v1/theory --data-binary "@$T/job"
+check "theory of a job" test "$STATUS $TYPE" = "200 application/json"
+check "has the ring on the job's own bins" holds '
+    (.density.theory | length) == 10 and .density.reference == "canonical"
+    and ((.density.theory | add) / 10 - 0.8 | fabs) < 1e-9
+    and (.contact_density.theory | length) == 5 and (.pair_distribution.theory | length) == 20'
+check "and the infinite system" holds '
+    ((.density.infinite | add) / 10 - 0.8 | fabs) < 1e-9 and .equilibrium.pressure_infinite > 1'
+check "and the mean energy, the same as its integral" holds '
+    (.energy.theory - .equilibrium.energy | fabs) < 1e-12 and .energy.theory < -2'
+check "and its own error" holds '.equilibrium.relative_error < 1e-8'
+check "null with a reason where there is none" holds '
+    .msd.theory == null and (.msd.theory_reason | length) > 10
+    and .cluster_sizes.theory == null and (.cluster_sizes.theory_reason | length) > 10'
+check "the command line prints the same" sh -c '"$1/bcd" theory "$2/job" | cmp - "$2/body"' - "$B" "$T"
+
+job '"potential":{"type":"cosine","amplitude":6},"force":1,' >"$T/job"
+ask POST /v1/theory --data-binary "@$T/job"
+check "driven rods have no equilibrium" holds '
+    .density.theory == null and (.density.theory_reason | test("equilibrium"))'
+job '"temperature":0,' >"$T/job"
+ask POST /v1/theory --data-binary "@$T/job"
+check "rods without noise have none" holds '
+    .density.theory == null and (.density.theory_reason | test("temperature"))'
+job '"frobnicate":0,' >"$T/job"
+ask POST /v1/theory --data-binary "@$T/job"
+check "a wrong job is refused" test "$STATUS $TYPE" = "422 application/problem+json"
+check "with the field" holds '.errors[0].pointer == "/frobnicate"'
+
+job '"potential":{"type":"cosine","amplitude":6},"realizations":8,' >"$T/job"
+post "$T/job"
+check "a job runs" until_state "$ID" done
+ask GET "/v1/jobs/$ID/results/density"
+check "its result stands beside theory" holds '
+    (.theory | length) == 10 and (.z | length) == 10 and .reference == "canonical"
+    and .degrees_of_freedom == 10 and .p_value >= 0 and .p_value <= 1
+    and ((.density[4] - .theory[4]) / .stderr[4] | fabs) < 30'
+ask GET "/v1/jobs/$ID/results/density.svg"
+check "and the picture shows the curve" grep -q -i theory "$T/body"
+finish
