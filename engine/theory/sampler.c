@@ -1,0 +1,436 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * sampler.c - see sampler.h. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sampler.h"
+#include "transfer.h"
+
+enum { POINTS = 8192, BUDGET = 200000000 };
+
+/* A periodic function: values at POINTS + 4 places, from one before 0 on. */
+struct table {
+    double value[POINTS + 4];
+};
+
+/* F(x) = int_0^x density, rising by `rise` per period: to be inverted. */
+struct ramp {
+    double value[POINTS + 1], slope[POINTS + 1];
+    double rise;
+};
+
+struct theory_sampler {
+    struct model model;
+    double p, lambda, periods, bound; /* acceptance factors are at most bound */
+    struct table phi;        /* right of a rod */
+    struct table left;       /* h*: left of an empty place */
+    struct table open_right; /* probability that a gap to the right is no bond */
+    struct table open_left;
+    struct table chi;
+    struct table next;      /* w phi: where bonds of finite range lead */
+    struct table next_left; /* w chi */
+    struct table next_most, next_left_most; /* bounds of these over the reach, right and left */
+    struct ramp density;
+    struct ramp decay; /* -ln h + p x */
+};
+
+/* ------------------------------------------------------------------ tables */
+
+static double table_at(const struct theory_sampler *s, const struct table *table, double x)
+{
+    double place = x / s->model.period;
+    place = (place - floor(place)) * POINTS;
+    size_t k = (size_t)place;
+    double t = place - (double)k;
+    const double *v = table->value + k; /* places k - 1 .. k + 2 */
+    return -t * (t - 1) * (t - 2) / 6 * v[0] + (t + 1) * (t - 1) * (t - 2) / 2 * v[1] -
+           (t + 1) * t * (t - 2) / 2 * v[2] + (t + 1) * t * (t - 1) / 6 * v[3];
+}
+
+static void wrap(struct table *table)
+{
+    double *v = table->value;
+    v[0] = v[POINTS];
+    v[POINTS + 1] = v[1];
+    v[POINTS + 2] = v[2];
+    v[POINTS + 3] = v[3];
+}
+
+/* sum_k Re(c_k factor_k e^{i kappa (x + shift)}), k = 0 .. half, at the table's places; c_0 once and
+ * the others twice. factor = 1/(p -+ i kappa) with decay = -+1, 1 with decay = 0. */
+struct series {
+    const struct grid *grid;
+    const double complex *coefficient;
+    double p, shift;
+    int decay;
+};
+
+static void series_table(const struct series *series, struct table *table)
+{
+    double kappa = 2 * PI / series->grid->period;
+    for (size_t i = 0; i < POINTS; i++) {
+        double x = series->grid->period * (double)i / POINTS + series->shift, sum = 0;
+        double complex step = cexp(I * kappa * x), wave = 1;
+        for (size_t k = 0; k <= series->grid->half; k++) {
+            double complex term = series->coefficient[k] * wave * (k ? 2 : 1);
+            sum += creal(series->decay
+                             ? term / (series->p + I * (series->decay * kappa * (double)k))
+                             : term);
+            wave *= step;
+        }
+        table->value[i + 1] = sum;
+    }
+    wrap(table);
+}
+
+static bool all_positive(const struct table *table)
+{
+    for (size_t i = 0; i < POINTS; i++) {
+        if (!(table->value[i + 1] > 0 && isfinite(table->value[i + 1]))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* most(x) = bound of table over [x, x + reach] (sign 1) or [x - reach, x] (sign -1). */
+static void window_bound(const struct theory_sampler *s, const struct table *table, int sign,
+                         struct table *most)
+{
+    long cells = (long)(s->model.reach / s->model.period * POINTS) + 3;
+    cells = cells < POINTS ? cells : POINTS;
+    for (long i = 0; i < POINTS; i++) {
+        double largest = 0;
+        for (long d = -2; d <= cells; d++) {
+            long at = ((i + sign * d) % POINTS + POINTS) % POINTS;
+            largest = fmax(largest, table->value[at + 1]);
+        }
+        most->value[i + 1] = largest * 1.001; /* what interpolation may add between places */
+    }
+    wrap(most);
+}
+
+/* ------------------------------------------------------------------- ramps */
+
+static double ramp_in_cell(const struct ramp *ramp, size_t k, double t, double width)
+{
+    double a = ramp->value[k], b = ramp->value[k + 1];
+    double u = ramp->slope[k] * width, v = ramp->slope[k + 1] * width;
+    return a + t * (u + t * (3 * (b - a) - 2 * u - v + t * (u + v - 2 * (b - a))));
+}
+
+static double ramp_at(const struct theory_sampler *s, const struct ramp *ramp, double x)
+{
+    double place = x / s->model.period, whole = floor(place);
+    place = (place - whole) * POINTS;
+    size_t k = place < POINTS ? (size_t)place : POINTS - 1;
+    return whole * ramp->rise +
+           ramp_in_cell(ramp, k, place - (double)k, s->model.period / POINTS);
+}
+
+/* x with ramp(x) = target: bisection over the cells, regula falsi (Illinois) within. */
+static double ramp_inverse(const struct theory_sampler *s, const struct ramp *ramp, double target)
+{
+    double whole = floor((target - ramp->value[0]) / ramp->rise), width = s->model.period / POINTS;
+    target -= whole * ramp->rise;
+    size_t low = 0, high = POINTS;
+    while (high - low > 1) {
+        size_t middle = (low + high) / 2;
+        if (ramp->value[middle] <= target) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    double a = 0, b = 1, fa = ramp->value[low] - target, fb = ramp->value[low + 1] - target;
+    for (int turn = 0; turn < 60 && fb - fa > 0 && b - a > 1e-12; turn++) {
+        double t = a - fa * (b - a) / (fb - fa);
+        t = t > a && t < b ? t : (a + b) / 2;
+        double f = ramp_in_cell(ramp, low, t, width) - target;
+        if (fabs(f) < 1e-14 * ramp->rise) {
+            a = t;
+            break;
+        }
+        if (f < 0) {
+            a = t;
+            fa = f;
+            fb /= 2;
+        } else {
+            b = t;
+            fb = f;
+            fa /= 2;
+        }
+    }
+    return (whole + ((double)low + a) / POINTS) * s->model.period;
+}
+
+/* ------------------------------------------------------------------- setup */
+
+/* Tables of what follows from the eigenvectors. */
+static bool fill_functions(struct theory_sampler *s, const struct transfer *t,
+                           double complex *coefficient, double *values)
+{
+    size_t n = t->grid.n;
+    double sigma = s->model.system.diameter;
+    struct series series = {.grid = &t->grid, .coefficient = coefficient, .p = t->p};
+    grid_analyse(&t->grid, t->right, coefficient);
+    series_table(&series, &s->phi);
+    for (size_t i = 0; i < n; i++) {
+        values[i] = t->grid.weight[i] * t->right[i];
+    }
+    grid_analyse(&t->grid, values, coefficient);
+    series.decay = -1;
+    series_table(&series, &s->next_most); /* for now h(x) = int_x^inf e^{-p (x'-x)} w phi */
+    series.shift = sigma;
+    series_table(&series, &s->open_right);
+    grid_analyse(&t->grid, t->left, coefficient); /* w chi */
+    series.decay = 1;
+    series.shift = 0;
+    series_table(&series, &s->left);
+    series.shift = -sigma;
+    series_table(&series, &s->open_left);
+    /* lambda chi(x) = int f(g) e^{-p g} (w chi)(x - sigma - g) dg: the grid's column, reversed. */
+    struct kernel_args args = {
+        .grid = &t->grid, .measure = &t->all, .diameter = sigma, .s = t->p};
+    kernel_modes(&args, t->mode);
+    for (size_t k = 0; k <= t->grid.half; k++) {
+        coefficient[k] *= conj(t->mode[t->grid.half + k]) / t->lambda;
+    }
+    series.decay = 0;
+    series.shift = 0;
+    series_table(&series, &s->chi);
+    return all_positive(&s->phi) && all_positive(&s->chi) && all_positive(&s->left) &&
+           all_positive(&s->next_most) && all_positive(&s->open_left) &&
+           all_positive(&s->open_right);
+}
+
+/* Ramps, probabilities of open gaps, bounds. */
+static void fill_ramps(struct theory_sampler *s, const struct transfer *t)
+{
+    double width = s->model.period / POINTS, area = 0, before = 0, hard = 0;
+    const struct table *h = &s->next_most;
+    bool sticky = s->model.bond > 0 || s->model.reach > 0;
+    for (size_t i = 0; i <= POINTS; i++) {
+        size_t at = i + 1;
+        double w = model_weight(&s->model, width * (double)(i % POINTS));
+        s->next.value[at] = w * s->phi.value[at];
+        s->next_left.value[at] = w * s->chi.value[at];
+        s->decay.value[i] = t->p * width * (double)i - log(h->value[at] / h->value[1]);
+        s->decay.slope[i] = s->next.value[at] / h->value[at];
+        s->density.slope[i] = w * s->phi.value[at] * s->chi.value[at];
+        area += i ? (before + s->density.slope[i]) * width / 2 : 0;
+        before = s->density.slope[i];
+        s->density.value[i] = area;
+        double right = s->open_right.value[at] / (t->lambda * s->phi.value[at]);
+        double left = s->open_left.value[at] / (t->lambda * s->chi.value[at]);
+        s->open_right.value[at] = sticky ? fmin(right, 1) : 1;
+        s->open_left.value[at] = sticky ? fmin(left, 1) : 1;
+        hard = fmax(hard, 1 / (s->left.value[at] * s->phi.value[at]));
+    }
+    /* End corrections of the trapezoidal rule: density values to fourth order, not only at 0, P. */
+    for (size_t i = 0; i <= POINTS; i++) {
+        double ahead = s->density.slope[(i + 1) % POINTS],
+               behind = s->density.slope[(i + POINTS - 1) % POINTS];
+        double ahead_0 = s->density.slope[1], behind_0 = s->density.slope[POINTS - 1];
+        s->density.value[i] -= width / 24 * ((ahead - behind) - (ahead_0 - behind_0));
+    }
+    s->density.rise = s->density.value[POINTS];
+    s->decay.rise = t->p * s->model.period;
+    wrap(&s->next);
+    wrap(&s->next_left);
+    wrap(&s->open_right);
+    wrap(&s->open_left);
+    double least = s->model.free_length - ((double)s->model.system.particles - 1) * s->model.reach;
+    s->bound = hard * 1.0001 * (1 + model_bump(&s->model, fmax(least, 0)));
+    window_bound(s, &s->next, 1, &s->next_most);
+    window_bound(s, &s->next_left, -1, &s->next_left_most);
+}
+
+static enum bcd_status fill(struct theory_sampler *s, struct bcd_error *error)
+{
+    static const size_t points[] = {35, 53, 79, 119, 179, 269, 405};
+    double before = NAN;
+    enum bcd_status status = BCD_INVALID;
+    for (size_t level = 0; level < sizeof points / sizeof *points; level++) {
+        struct scratch scratch = {0};
+        struct transfer t;
+        status = transfer_init(&t, &s->model, &scratch, points[level], error);
+        double complex *coefficient = scratch_complex(&scratch, points[level]);
+        double *values = scratch_doubles(&scratch, points[level]);
+        if (!status && scratch.failed) {
+            status = theory_fail(error, BCD_NO_MEMORY, "out of memory");
+        }
+        double change = status ? NAN : fabs(t.lambda / before - 1);
+        before = status ? NAN : t.lambda;
+        bool settled = change < 1e-11;
+        bool good = settled && fill_functions(s, &t, coefficient, values);
+        if (good) {
+            s->p = t.p;
+            s->lambda = t.lambda;
+            fill_ramps(s, &t);
+        }
+        scratch_free(&scratch);
+        if (good || status == BCD_NO_MEMORY) {
+            return status;
+        }
+    }
+    return status ? status
+                  : theory_fail(error, BCD_INVALID,
+                                "equilibrium draw: the transfer operator is not resolved (the "
+                                "system is too dense, or its potential too strong)");
+}
+
+enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
+                                      const struct theory_system *system, struct bcd_error *error)
+{
+    struct theory_sampler *fresh = calloc(1, sizeof *fresh);
+    if (!fresh) {
+        return theory_fail(error, BCD_NO_MEMORY, "out of memory");
+    }
+    const struct theory_wanted nothing = {0};
+    enum bcd_status status = model_init(&fresh->model, system, &nothing, error);
+    if (!status && system->pair.kind == THEORY_ENERGY) {
+        status = theory_fail(error, BCD_INVALID,
+                             "equilibrium draw: only for hard and for sticky rods");
+    }
+    if (!status && system->particles > 1000000) {
+        status = theory_fail(error, BCD_INVALID, "equilibrium draw: more than 1e6 rods");
+    }
+    status = status ? status : fill(fresh, error);
+    if (status) {
+        free(fresh);
+        return status;
+    }
+    fresh->periods = round(system->length / fresh->model.period);
+    *sampler = fresh;
+    return BCD_OK;
+}
+
+void theory_sampler_free(struct theory_sampler *sampler)
+{
+    free(sampler);
+}
+
+/* -------------------------------------------------------------------- draw */
+
+struct draw {
+    const struct theory_sampler *s;
+    const struct theory_uniforms *uniforms;
+    double *y;
+    int64_t placed; /* rods placed so far in all attempts */
+};
+
+static double uniform(struct draw *d)
+{
+    return d->uniforms->next(d->uniforms->ctx);
+}
+
+/* A gap from the bump, of a bond from x on to the right (sign 1) or left (-1). */
+static double bond_gap(struct draw *d, double x, int sign)
+{
+    const struct theory_sampler *s = d->s;
+    const struct theory_pair *pair = &s->model.system.pair;
+    if (s->model.reach == 0) {
+        return 0;
+    }
+    const struct table *next = sign > 0 ? &s->next : &s->next_left;
+    double contact = x + sign * s->model.system.diameter;
+    double most = table_at(s, sign > 0 ? &s->next_most : &s->next_left_most, contact);
+    for (;;) {
+        double gap = pair->range * (1 - pow(uniform(d), 1 / (pair->exponent + 1)));
+        double value = exp(-s->p * gap) * table_at(s, next, contact + sign * gap);
+        d->placed++;
+        if (uniform(d) * most < value || d->placed > BUDGET) {
+            return gap;
+        }
+    }
+}
+
+/* The next gap to the right of a rod at x. */
+static double next_gap(struct draw *d, double x)
+{
+    const struct theory_sampler *s = d->s;
+    if (s->model.bond + s->model.reach > 0 && uniform(d) > table_at(s, &s->open_right, x)) {
+        return bond_gap(d, x, 1);
+    }
+    double from = x + s->model.system.diameter;
+    from -= floor(from / s->model.period) * s->model.period;
+    double target = ramp_at(s, &s->decay, from) - log(uniform(d));
+    return fmax(ramp_inverse(s, &s->decay, target) - from, 0);
+}
+
+/* Chain to the left of rod 0: bonds only. Returns their number; their y, relative to rod 0 and less
+ * ell, go to the end of the array. */
+static int64_t place_left(struct draw *d, double *x)
+{
+    const struct theory_sampler *s = d->s;
+    int64_t n = s->model.system.particles, bonds = 0;
+    double y = 0;
+    bool sticky = s->model.bond + s->model.reach > 0;
+    while (sticky && bonds < n - 1 && uniform(d) > table_at(s, &s->open_left, *x)) {
+        double gap = bond_gap(d, *x, -1);
+        *x -= s->model.system.diameter + gap;
+        y -= gap;
+        bonds++;
+        d->y[n - bonds] = y;
+        d->placed++;
+    }
+    return bonds;
+}
+
+/* One attempt: y relative to rod 0. Returns whether the ring was accepted; *first = place of rod 0. */
+static bool attempt(struct draw *d, double *first)
+{
+    const struct theory_sampler *s = d->s;
+    int64_t n = s->model.system.particles;
+    double ell = s->model.free_length;
+    *first = ramp_inverse(s, &s->density, uniform(d) * s->density.rise);
+    double x_left = *first, x = *first, y = 0;
+    int64_t bonds = place_left(d, &x_left);
+    double room = bonds ? ell + d->y[n - bonds] : ell;
+    d->y[0] = 0;
+    d->placed++;
+    for (int64_t i = 1; i < n - bonds && y <= room; i++) {
+        double gap = next_gap(d, x);
+        x += s->model.system.diameter + gap;
+        d->y[i] = y += gap;
+        d->placed++;
+    }
+    double closing = room - y;
+    if (!(closing >= 0)) {
+        return false;
+    }
+    double factor = exp(-s->p * closing) / table_at(s, &s->phi, x);
+    if (bonds == n - 1) {
+        /* Every other gap is a bond: the closing one may be anything. */
+        factor *= (1 + model_bump(&s->model, closing)) / (s->lambda * table_at(s, &s->chi, x_left));
+    } else {
+        factor /= table_at(s, &s->left, x_left - s->model.system.diameter);
+    }
+    for (int64_t i = n - bonds; i < n; i++) {
+        d->y[i] += ell;
+    }
+    return uniform(d) * s->bound < factor;
+}
+
+enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
+                                    const struct theory_uniforms *uniforms,
+                                    struct bcd_error *error)
+{
+    struct draw draw = {.s = sampler, .uniforms = uniforms, .y = y};
+    double first;
+    while (!attempt(&draw, &first)) {
+        if (draw.placed > BUDGET) {
+            return theory_fail(error, BCD_INVALID,
+                               "equilibrium draw: no ring of %lld rods closed within %d rods "
+                               "placed",
+                               (long long)sampler->model.system.particles, BUDGET);
+        }
+    }
+    first += floor(uniform(&draw) * sampler->periods) * sampler->model.period;
+    for (int64_t i = 0; i < sampler->model.system.particles; i++) {
+        y[i] += first;
+    }
+    return BCD_OK;
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * sampler.h - exact equilibrium configurations of N rods on the ring.
+ *
+ * A first rod is drawn from the infinite system's density. To its left a run of bonded rods is drawn
+ * from the chain read backwards, up to the first gap that is not a bond; to its right the chain
+ * continues, gap after gap, with the infinite system's transition probabilities, up to N rods. The
+ * gap that closes the ring is what is left. Products of transition probabilities are, but for factors
+ * at the ends, the canonical weight of the configuration; an acceptance step makes up for the
+ * factors and for the closing gap:
+ *
+ *   accept with probability ~ exp(-p g) / (h*(x_l - sigma) phi(x_r)),   g = x_l + L - sigma - x_r
+ *
+ * (phi, h*: what lies right of a rod, left of an empty place; x_l, x_r: the ends of the chain). So
+ * accepted configurations follow the canonical law exactly, whatever p. The interaction f = 1 + bump
+ * is read as a mixture: a gap is a bond when it was drawn from the bump. What is not exact is
+ * interpolation in tables of 8192 points per period, relative errors of some 1e-10.
+ *
+ * About sqrt(N) attempts are needed per draw, most of them broken off early; for narrow bumps not
+ * more. Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused.
+ *
+ * UNITS    the user's own lengths. */
+#ifndef THEORY_SAMPLER_H
+#define THEORY_SAMPLER_H
+
+#include "theory.h"
+
+/* Uniform deviates within (0, 1), both ends excluded. */
+struct theory_uniforms {
+    double (*next)(void *ctx);
+    void *ctx;
+};
+
+struct theory_sampler;
+
+/* Tables only: immutable, may be shared. Refused in words when the tables cannot be made. */
+enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
+                                      const struct theory_system *system,
+                                      struct bcd_error *error);
+void theory_sampler_free(struct theory_sampler *sampler);
+
+/* Draws reduced coordinates y[0 .. N-1]: rod i sits at x_i = y_i + i sigma; y_0 is within [0, L),
+ * y_0 <= y_1 <= ... <= y_{N-1} <= y_0 + ell; bonds of Baxter's limit have bitwise equal y. Rod 0 is
+ * any rod, all alike. The same uniforms give the same configuration. Refused (BCD_INVALID) when no
+ * ring closes within a budget of 2e8 rods placed: y then holds no configuration. */
+enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
+                                    const struct theory_uniforms *uniforms,
+                                    struct bcd_error *error);
+
+#endif
