@@ -40,6 +40,20 @@ struct potential_type {
     bool (*steady)(const void *par); /* does not depend on time: there is an equilibrium */
 };
 
+/* U(x) of a plan that has a potential, in the form theory/ wants it: ctx is the plan. */
+static inline double plan_energy(const void *ctx, double x)
+{
+    const struct plan *plan = ctx;
+    struct rods one = {.y = &x, .count = 1, .diameter = 0, .time = 0};
+    return plan->potential->energy_sum(plan->potential_par, &one);
+}
+
+/* Is there a potential that acts and does not change with time? */
+static inline bool plan_field_steady(const struct plan *plan)
+{
+    return plan->field && plan->potential->steady(plan->potential_par);
+}
+
 /* ------------------------------------------------------------------ pairs */
 
 /* Neighbours as pair forces see them: gaps y[i+1] - y[i], and y[0] + free_length - y[count-1]. */

@@ -6,6 +6,7 @@
 #include "part.h"
 #include "table.h"
 #include "kernels/sums.h"
+#include "theory/closed_forms.h"
 
 #include <math.h>
 
@@ -56,16 +57,26 @@ static enum bcd_status current_describe(const void *par, const struct plan *plan
     return BCD_OK;
 }
 
-/* No current in equilibrium; without a potential every rod drifts at mu f. */
+/* Without a potential every rod drifts at mu f; at rest in one there is no current; one driven rod
+ * follows Stratonovich's formula. */
 static void current_exact(const void *par, const struct plan *plan, struct exact *exact)
 {
     (void)par;
+    double velocity = plan->mobility * plan->force;
     exact->reason = "driven rods in a potential: no closed form";
-    bool steady = !plan->field || plan->potential->steady(plan->potential_par);
-    if (plan->field && (plan->force != 0 || !steady))
-        return;
-    exact->values[0] =
-        (double)plan->particles / plan->length * plan->mobility * plan->force;
+    if (plan->field && !(plan_field_steady(plan) && plan->force == 0)) {
+        struct one_rod rod = {.energy = plan_energy,
+                              .ctx = plan,
+                              .period = plan->period,
+                              .kT = plan->temperature,
+                              .D = plan->diffusion,
+                              .force = plan->force};
+        double diffusion;
+        if (plan->particles > 1 || !plan_field_steady(plan) || plan->temperature == 0 ||
+            tilted_drift(&velocity, &diffusion, &rod, NULL))
+            return;
+    }
+    exact->values[0] = (double)plan->particles / plan->length * velocity;
     exact->reference = "canonical";
 }
 

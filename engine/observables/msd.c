@@ -13,6 +13,7 @@
 #include "part.h"
 #include "table.h"
 #include "kernels/sums.h"
+#include "theory/closed_forms.h"
 
 #include <assert.h>
 #include <math.h>
@@ -295,6 +296,47 @@ static enum bcd_status msd_extend(const void *par, const struct plan *plan,
     return BCD_OK;
 }
 
+/* MSD of one rod in a potential after long times: 2 D_eff t (Lifson, Jackson). */
+static void one_rod_asymptote(const struct plan *plan, const struct msd_lags *lags,
+                              struct exact *exact)
+{
+    struct one_rod rod = {.energy = plan_energy,
+                          .ctx = plan,
+                          .period = plan->period,
+                          .kT = plan->temperature,
+                          .D = plan->diffusion};
+    double diffusion;
+    if (lifson_jackson(&diffusion, &rod, NULL))
+        return;
+    for (size_t k = 0; k < exact->rows; k++)
+        exact->values[k] = 2 * diffusion * (double)lags->lag[k] * plan->time_step;
+    exact->reference = "asymptote";
+}
+
+/* Without potential and interaction: the exact single file on the ring, plus what a drag adds. */
+static void msd_exact(const void *par, const struct plan *plan, struct exact *exact)
+{
+    struct msd_lags lags;
+    find_lags(par, plan, &lags);
+    exact->reason = "no closed form for rods in a potential or with an interaction";
+    if (plan->pair || (plan->field && plan->particles > 1))
+        return;
+    if (plan->field && plan_field_steady(plan) && plan->force == 0 && plan->temperature > 0)
+        one_rod_asymptote(plan, &lags, exact);
+    if (plan->field)
+        return;
+    for (size_t k = 0; k < exact->rows; k++) {
+        double t = (double)lags.lag[k] * plan->time_step;
+        double drift = plan->mobility * plan->force * t;
+        double spread = plan->free_length > 0 && plan->particles > 1 && plan->diffusion > 0
+                            ? single_file_msd_ring(plan->particles, plan->length, plan->diameter,
+                                                   plan->diffusion, t)
+                            : 2 * plan->diffusion * t / (double)plan->particles;
+        exact->values[k] = spread + drift * drift;
+    }
+    exact->reference = "canonical";
+}
+
 const struct observable_type observable_msd = {
     .base = {.part = {.name = "msd",
                       .doc = "mean squared displacement of tagged rods",
@@ -311,4 +353,5 @@ const struct observable_type observable_msd = {
     .end_block = msd_end_block,
     .describe = msd_describe,
     .extend = msd_extend,
+    .exact = msd_exact,
 };
