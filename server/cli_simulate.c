@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * cli_simulate.c - see cli_simulate.h. Besides worker.c the only file that moves runs.
+ *
+ * THREADS  Workers take chunks by number from a counter; each owns its run alone. Finished tallies
+ *          are merged under `mutex` in the order of the chunks, as bytes and in the same steps as
+ *          in the daemon, so that the result depends on neither workers nor chance. The main
+ *          thread shows progress and takes the signals, which are blocked in all threads.
+ */
+#include "cli_simulate.h"
+#include "cli.h"
+#include "limits.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { BAR_WIDTH = 30, SHOW_MS = 200, SLICE_GROWTH_MAX = 4 };
+
+/* One worker's chunk in motion, for the progress bar. */
+struct motion {
+    _Atomic int64_t done, total; /* ticks; total 0 = none in motion */
+};
+
+struct job {
+    const struct bcd_scene *scene;
+    const char *label;
+    int64_t chunks;
+    _Atomic int64_t next;   /* first chunk that nobody took */
+    atomic_bool stop;       /* a signal, or a worker that failed */
+    _Atomic int64_t ticks;  /* of finished chunks */
+    _Atomic int64_t cpu_ns; /* of ended workers */
+    struct motion *motion;  /* [workers] */
+    size_t workers;
+    pthread_mutex_t mutex;  /* guards what follows */
+    pthread_cond_t changed; /* a worker ended */
+    size_t ended;
+    int64_t merged; /* chunks whose tallies are in `whole` */
+    struct {
+        void *bytes;
+        size_t size;
+    } * waiting; /* [chunks]: finished before their turn */
+    struct bcd_tally *whole, *part;
+    struct bcd_error error; /* the first failure; code BCD_OK = none */
+};
+
+struct worker {
+    struct job *job;
+    struct motion *motion;
+    pthread_t thread;
+};
+
+static void start_workers(struct job *job, struct worker *workers);
+static int watch(struct job *job, const sigset_t *signals, bool show);
+static void choose_signals(sigset_t *signals);
+static int judge(const struct job *job, int ended_by);
+
+int cli_simulate(struct cli_simulation *simulation)
+{
+    const struct bcd_scene *scene = simulation->scene;
+    struct job job = {.scene = scene,
+                      .label = simulation->label,
+                      .chunks = bcd_scene_chunks(scene),
+                      .mutex = PTHREAD_MUTEX_INITIALIZER,
+                      .changed = PTHREAD_COND_INITIALIZER};
+    sigset_t signals, before;
+    choose_signals(&signals);
+    simulation->tally = NULL;
+    job.workers = (size_t)(simulation->workers < job.chunks ? simulation->workers : job.chunks);
+    job.motion = calloc(job.workers, sizeof *job.motion);
+    job.waiting = calloc((size_t)job.chunks, sizeof *job.waiting);
+    struct worker *workers = calloc(job.workers, sizeof *workers);
+    int ended_by = 0, status = CLI_FAILED;
+    if (!job.motion || !job.waiting || !workers || bcd_tally_create(&job.whole, scene) ||
+        bcd_tally_create(&job.part, scene)) {
+        fprintf(stderr, "bcd: out of memory\n");
+        goto cleanup;
+    }
+    pthread_sigmask(SIG_BLOCK, &signals, &before);
+    start_workers(&job, workers);
+    ended_by = watch(&job, &signals, !simulation->quiet && isatty(STDERR_FILENO));
+    for (size_t i = 0; i < job.workers; i++)
+        pthread_join(workers[i].thread, NULL);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    simulation->core_seconds = (double)atomic_load(&job.cpu_ns) * 1e-9;
+    status = judge(&job, ended_by);
+    if (status == CLI_OK) {
+        simulation->tally = job.whole;
+        job.whole = NULL;
+    }
+cleanup:
+    for (int64_t i = 0; job.waiting && i < job.chunks; i++)
+        free(job.waiting[i].bytes);
+    free(job.waiting);
+    free(job.motion);
+    free(workers);
+    bcd_tally_free(job.whole);
+    bcd_tally_free(job.part);
+    return status;
+}
+
+int64_t cli_cores(void)
+{
+    cpu_set_t set;
+    return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+}
+
+/* ----------------------------------------------------------------- workers */
+
+static int64_t clock_ns(clockid_t clock)
+{
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+static void fail(struct job *job, enum bcd_status code, const struct bcd_error *error)
+{
+    pthread_mutex_lock(&job->mutex);
+    if (job->error.code == BCD_OK) {
+        if (error)
+            job->error = *error;
+        job->error.code = code;
+    }
+    pthread_mutex_unlock(&job->mutex);
+    atomic_store(&job->stop, true);
+}
+
+/* Advances the run in slices of about LIMIT_SLICE_MS, to its end or until told to stop. */
+static enum bcd_status advance(struct worker *worker, struct bcd_run *run, struct bcd_error *error)
+{
+    int64_t total = bcd_run_ticks_total(run), slice = 1;
+    atomic_store(&worker->motion->done, 0);
+    atomic_store(&worker->motion->total, total);
+    while (bcd_run_ticks_done(run) < total && !atomic_load(&worker->job->stop)) {
+        int64_t before = clock_ns(CLOCK_MONOTONIC);
+        enum bcd_status status = bcd_run_advance(run, slice, error);
+        if (status != BCD_OK)
+            return status;
+        double share = (double)(clock_ns(CLOCK_MONOTONIC) - before) / (LIMIT_SLICE_MS * 1e6);
+        double factor = fmin(1 / fmax(share, 1e-9), SLICE_GROWTH_MAX);
+        slice = (int64_t)fmin(fmax((double)slice * factor, 1), 1e15);
+        atomic_store(&worker->motion->done, bcd_run_ticks_done(run));
+    }
+    return BCD_OK;
+}
+
+/* Puts a finished chunk's tally away and merges those whose turn has come. */
+static enum bcd_status put_tally(struct job *job, int64_t chunk, const struct bcd_tally *tally,
+                                 struct bcd_error *error)
+{
+    enum bcd_status status = BCD_OK;
+    size_t size = bcd_tally_size(tally);
+    void *bytes = malloc(size + 1);
+    if (!bytes)
+        return BCD_NO_MEMORY;
+    bcd_tally_save(tally, bytes);
+    pthread_mutex_lock(&job->mutex);
+    job->waiting[chunk].bytes = bytes;
+    job->waiting[chunk].size = size;
+    while (status == BCD_OK && job->merged < job->chunks && job->waiting[job->merged].bytes) {
+        int64_t turn = job->merged;
+        status =
+            bcd_tally_restore(job->part, job->waiting[turn].bytes, job->waiting[turn].size, error);
+        if (status == BCD_OK)
+            bcd_tally_merge(job->whole, job->part);
+        free(job->waiting[turn].bytes);
+        job->waiting[turn].bytes = NULL;
+        job->merged++;
+    }
+    pthread_mutex_unlock(&job->mutex);
+    return status;
+}
+
+static void run_chunk(struct worker *worker, int64_t chunk)
+{
+    struct job *job = worker->job;
+    struct bcd_error error = {0};
+    struct bcd_run *run = NULL;
+    enum bcd_status status = bcd_run_create(&run, job->scene, chunk, &error);
+    if (status == BCD_OK)
+        status = advance(worker, run, &error);
+    if (status == BCD_OK && bcd_run_ticks_done(run) == bcd_run_ticks_total(run)) {
+        status = put_tally(job, chunk, bcd_run_tally(run), &error);
+        atomic_fetch_add(&job->ticks, bcd_run_ticks_done(run));
+    }
+    atomic_store(&worker->motion->total, 0);
+    bcd_run_free(run);
+    if (status != BCD_OK)
+        fail(job, status, &error);
+}
+
+static void *work(void *context)
+{
+    struct worker *worker = context;
+    struct job *job = worker->job;
+    while (!atomic_load(&job->stop)) {
+        int64_t chunk = atomic_fetch_add(&job->next, 1);
+        if (chunk >= job->chunks)
+            break;
+        run_chunk(worker, chunk);
+    }
+    atomic_fetch_add(&job->cpu_ns, clock_ns(CLOCK_THREAD_CPUTIME_ID));
+    pthread_mutex_lock(&job->mutex);
+    job->ended++;
+    pthread_cond_signal(&job->changed);
+    pthread_mutex_unlock(&job->mutex);
+    return NULL;
+}
+
+/* ---------------------------------------------------------------- progress */
+
+static void show_progress(struct job *job, int64_t started_ns)
+{
+    char bar[BAR_WIDTH + 1], left[32] = "";
+    pthread_mutex_lock(&job->mutex);
+    double finished = (double)job->merged;
+    pthread_mutex_unlock(&job->mutex);
+    double ticks = (double)atomic_load(&job->ticks);
+    for (size_t i = 0; i < job->workers; i++) {
+        double done = (double)atomic_load(&job->motion[i].done);
+        double total = (double)atomic_load(&job->motion[i].total);
+        if (total > 0) {
+            ticks += done;
+            finished += fmin(done / total, 1);
+        }
+    }
+    double share = fmin(finished / (double)job->chunks, 1);
+    double seconds = (double)(clock_ns(CLOCK_MONOTONIC) - started_ns) * 1e-9;
+    for (int i = 0; i < BAR_WIDTH; i++)
+        bar[i] = i + 1 <= share * BAR_WIDTH ? '#' : '.';
+    bar[BAR_WIDTH] = '\0';
+    double rest = share > 0 ? seconds * (1 - share) / share : INFINITY;
+    long long s = rest < 1e9 ? (long long)ceil(rest) : -1;
+    if (s >= 86400)
+        snprintf(left, sizeof left, ", %lld d %lld h left", s / 86400, s / 3600 % 24);
+    else if (s >= 0)
+        snprintf(left, sizeof left, ", %lld:%02lld:%02lld left", s / 3600, s / 60 % 60, s % 60);
+    fprintf(stderr, "\r%s[%s] %5.1f %%, %.3g steps/s%s\033[K", job->label ? job->label : "", bar,
+            100 * share, seconds > 0 ? ticks / seconds : 0, left);
+    fflush(stderr);
+}
+
+/* Waits until all workers have ended; shows progress and takes signals meanwhile. Returns the
+ * number of the signal that ended the job, or 0. */
+static int watch(struct job *job, const sigset_t *signals, bool show)
+{
+    const struct timespec none = {0};
+    int64_t started = clock_ns(CLOCK_MONOTONIC), shown = started;
+    int ended_by = 0;
+    pthread_mutex_lock(&job->mutex);
+    while (job->ended < job->workers) {
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_nsec += SHOW_MS / 2 * 1000000L;
+        until.tv_sec += until.tv_nsec / 1000000000;
+        until.tv_nsec %= 1000000000;
+        pthread_cond_timedwait(&job->changed, &job->mutex, &until);
+        pthread_mutex_unlock(&job->mutex);
+        int number = sigtimedwait(signals, NULL, &none);
+        if (number > 0) {
+            ended_by = number;
+            atomic_store(&job->stop, true);
+        }
+        if (show && clock_ns(CLOCK_MONOTONIC) - shown >= SHOW_MS * INT64_C(1000000)) {
+            shown = clock_ns(CLOCK_MONOTONIC);
+            show_progress(job, started);
+        }
+        pthread_mutex_lock(&job->mutex);
+    }
+    pthread_mutex_unlock(&job->mutex);
+    if (show && shown != started)
+        fputs("\r\033[K", stderr);
+    return ended_by;
+}
+
+/* --------------------------------------------------------------- beginning and end */
+
+/* Starts up to job->workers threads, all of them with the signals blocked; sets how many there are.
+ */
+static void start_workers(struct job *job, struct worker *workers)
+{
+    size_t wanted = job->workers;
+    job->workers = 0;
+    for (size_t i = 0; i < wanted; i++) {
+        workers[i] = (struct worker){.job = job, .motion = &job->motion[i]};
+        if (pthread_create(&workers[i].thread, NULL, work, &workers[i]) != 0)
+            break;
+        job->workers++;
+    }
+}
+
+/* What ends a job; but what whoever started us wants ignored (nohup) stays ignored. */
+static void choose_signals(sigset_t *signals)
+{
+    static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+    sigemptyset(signals);
+    for (size_t i = 0; i < sizeof ending / sizeof *ending; i++) {
+        struct sigaction action;
+        if (sigaction(ending[i], NULL, &action) == 0 && action.sa_handler != SIG_IGN)
+            sigaddset(signals, ending[i]);
+    }
+}
+
+static int judge(const struct job *job, int ended_by)
+{
+    if (ended_by) {
+        fprintf(stderr, "bcd: ended by %s, %lld of %lld chunks done\n", strsignal(ended_by),
+                (long long)job->merged, (long long)job->chunks);
+        return CLI_SIGNAL + ended_by;
+    }
+    if (job->error.code != BCD_OK) {
+        const char *words = job->error.text[0] ? job->error.text : bcd_status_text(job->error.code);
+        fprintf(stderr, "bcd: the job failed: %s%s%s\n", job->error.field,
+                job->error.field[0] ? ": " : "", words);
+        return CLI_FAILED;
+    }
+    if (job->merged < job->chunks) {
+        fprintf(stderr, "bcd: no thread can be had\n");
+        return CLI_FAILED;
+    }
+    return CLI_OK;
+}
