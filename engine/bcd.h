@@ -211,8 +211,9 @@ enum bcd_status bcd_run_create(struct bcd_run **run, const struct bcd_scene *sce
 void bcd_run_free(struct bcd_run *run);
 
 /* Advances by at most `ticks` ticks (time steps), all realizations of the chunk one after another
- * counted together. Cutting a run into slices differently changes no bit of it. */
-void bcd_run_advance(struct bcd_run *run, int64_t ticks);
+ * counted together. Cutting a run into slices differently changes no bit of it. Fails only where a
+ * realization's equilibrium start cannot be drawn; the run then stands still for good. */
+enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_error *error);
 int64_t bcd_run_ticks_done(const struct bcd_run *run);
 int64_t bcd_run_ticks_total(const struct bcd_run *run);
 

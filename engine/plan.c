@@ -4,7 +4,9 @@
  * chunks. See plan.h and scene.h.
  */
 #include "scene.h"
+#include "equilibrium.h"
 #include "status.h"
+#include "theory/sampler.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -15,7 +17,7 @@ static const double steps_max = 1e15; /* counts stay exact in doubles and far fr
 static const double stability_max = 1; /* mu h max|U''|: beyond, profiles melt without a sign */
 static const double chunk_rod_steps = 2e6; /* short realizations share a chunk of about this work */
 static const double sampling_share = 0.2; /* of the run time goes into static observables */
-enum { PER_CHUNK_MAX = 64, BLOCKS = 32, SAMPLES_PER_BLOCK = 4 };
+enum { PER_CHUNK_MAX = 64, BLOCKS = 32, SAMPLES_PER_BLOCK = 4, EQUILIBRIUM_PARTICLES_MAX = 20000 };
 
 /* ------------------------------------------------------- geometry and field */
 
@@ -222,6 +224,29 @@ static void plan_sampling(struct bcd_scene *scene, struct bcd_errors *errors)
     plan->sample_steps = steps >= 1 && steps <= steps_max ? (int64_t)steps : 1;
 }
 
+/* Exact draws cost about N^(3/2) steps of a microsecond each. */
+static void plan_initial(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct plan *plan = &scene->plan;
+    if (plan->initial != INITIAL_EQUILIBRIUM)
+        return;
+    const char *missing = equilibrium_missing(plan);
+    if (missing) {
+        bcd_errors_add(errors, "/initial", "\"equilibrium\" is not possible: %s", missing);
+        return;
+    }
+    if (plan->particles > EQUILIBRIUM_PARTICLES_MAX) {
+        bcd_errors_add(errors, "/initial",
+                       "\"equilibrium\" is drawn for at most %d particles, not %lld",
+                       EQUILIBRIUM_PARTICLES_MAX, (long long)plan->particles);
+        return;
+    }
+    struct theory_system system = equilibrium_system(plan);
+    struct bcd_error error = {0};
+    if (theory_sampler_create(&plan->sampler, &system, &error))
+        bcd_errors_add(errors, "/initial", "\"equilibrium\" is not possible: %.180s", error.text);
+}
+
 static void plan_chunks(struct plan *plan)
 {
     double work = (double)plan->particles * (double)(plan->steps + plan->equilibration_steps);
@@ -242,6 +267,7 @@ void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
         return;
     plan_sampling(scene, errors);
     plan_chunks(&scene->plan);
+    plan_initial(scene, errors);
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
         if (scene_observable_type(part)->check)

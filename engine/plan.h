@@ -13,13 +13,16 @@ struct potential_type;
 struct pair_type;
 struct method_type;
 
-enum { INITIAL_UNIFORM, INITIAL_LATTICE };
+struct theory_sampler;
+
+enum { INITIAL_UNIFORM, INITIAL_LATTICE, INITIAL_EQUILIBRIUM };
 
 struct plan {
     int64_t particles;
     double length, diameter, free_length; /* L, sigma, ell = L - N sigma */
     double mobility, temperature, diffusion, force;
     int64_t initial;
+    struct theory_sampler *sampler; /* of INITIAL_EQUILIBRIUM; the scene's, to be shared */
     uint64_t seed;
 
     const struct potential_type *potential; /* NULL = none */

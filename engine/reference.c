@@ -2,6 +2,7 @@
  * reference.c - see reference.h and bcd.h: which exact theory a scene has, and how a measurement
  * compares with it. The mathematics is in theory/. */
 #include "reference.h"
+#include "equilibrium.h"
 #include "status.h"
 #include "table.h"
 
@@ -11,42 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---------------------------------------------------------------- systems */
-
-/* Why rods of this scene have no equilibrium that theory knows; NULL = they have. */
-static const char *no_equilibrium(const struct plan *plan)
-{
-    if (plan->temperature == 0)
-        return "without noise (temperature 0) there is no equilibrium distribution";
-    if (plan->free_length == 0)
-        return "closest packing (particles * diameter = length) is a rigid body";
-    if (plan->force != 0 && plan->field)
-        return "a constant force in a potential drives a current: not in equilibrium";
-    if (plan->field && !plan_field_steady(plan))
-        return "the potential moves: not in equilibrium";
-    if (plan->pair && !plan->pair->theory)
-        return "no exact theory for this interaction";
-    return NULL;
-}
-
-static struct theory_system system_of(const struct plan *plan)
-{
-    struct theory_system system = {
-        .particles = plan->particles,
-        .length = plan->length,
-        .diameter = plan->diameter,
-        .temperature = plan->temperature,
-        .period = plan->period,
-        .pair = {.kind = THEORY_HARD},
-    };
-    if (plan->field) {
-        system.energy = plan_energy;
-        system.ctx = plan;
-    }
-    if (plan->pair)
-        plan->pair->theory(plan->pair_par, &system.pair);
-    return system;
-}
+/* ---------------------------------------------------------------- solving */
 
 typedef enum bcd_status theory_route(struct theory_result **, const struct theory_system *,
                                      const struct theory_wanted *, struct bcd_error *);
@@ -55,7 +21,7 @@ static enum bcd_status solve(struct theory_result **result, theory_route *route,
                              const struct plan *plan, const struct theory_wanted *wanted,
                              char why_not[160])
 {
-    struct theory_system system = system_of(plan);
+    struct theory_system system = equilibrium_system(plan);
     struct bcd_error error = {0};
     enum bcd_status status = route(result, &system, wanted, &error);
     if (status != BCD_OK)
@@ -77,7 +43,7 @@ enum bcd_status bcd_theory_create(struct bcd_theory **out, const struct bcd_scen
         if (type->want)
             type->want(part->group.values, &scene->plan, &wanted);
     }
-    const char *none = no_equilibrium(&scene->plan);
+    const char *none = equilibrium_missing(&scene->plan);
     snprintf(theory->why_not, sizeof theory->why_not, "%s", none ? none : "");
     snprintf(theory->why_not_infinite, sizeof theory->why_not, "%s", none ? none : "");
     enum bcd_status status = BCD_OK;

@@ -36,6 +36,7 @@ struct bcd_run {
     struct bcd_tally tally;
     double *values; /* of the block that ends, scratch */
     struct arena kept, scratch;
+    enum bcd_status status; /* not OK: a realization could not begin */
 };
 
 /* ------------------------------------------------------------------ making */
@@ -63,7 +64,7 @@ static void lay_out(struct bcd_run *run)
     plan->method->layout(&run->sim, &run->scratch);
 }
 
-static void begin_realization(struct bcd_run *run);
+static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *error);
 
 enum bcd_status bcd_run_create(struct bcd_run **out, const struct bcd_scene *scene, int64_t chunk,
                                struct bcd_error *error)
@@ -89,7 +90,11 @@ enum bcd_status bcd_run_create(struct bcd_run **out, const struct bcd_scene *sce
     }
     memset(run->kept.bytes, 0, kept);
     lay_out(run);
-    begin_realization(run);
+    enum bcd_status status = begin_realization(run, error);
+    if (status) {
+        bcd_run_free(run);
+        return status;
+    }
     *out = run;
     return BCD_OK;
 }
@@ -141,13 +146,17 @@ static void begin_measurement(struct bcd_run *run)
     schedule(run);
 }
 
-static void begin_realization(struct bcd_run *run)
+static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *error)
 {
-    sim_begin(&run->sim, run->first + run->progress->realization);
+    enum bcd_status status =
+        sim_begin(&run->sim, run->first + run->progress->realization, error);
+    if (status)
+        return status;
     if (run->plan->equilibration_steps == 0)
         begin_measurement(run);
     else
         schedule(run);
+    return BCD_OK;
 }
 
 static void end_block(struct bcd_run *run)
@@ -176,15 +185,15 @@ static int64_t next_stop(const struct bcd_run *run)
 }
 
 /* Does what is due at the current tick: looks, ends of blocks and realizations. */
-static void attend(struct bcd_run *run)
+static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
 {
     const struct plan *plan = run->plan;
     int64_t measured = sim_measured(&run->sim);
     if (measured < 0)
-        return;
+        return BCD_OK;
     if (measured == 0) {
         begin_measurement(run);
-        return;
+        return BCD_OK;
     }
     for (size_t i = 0; i < run->observer_count; i++) {
         struct observer *o = &run->observers[i];
@@ -198,13 +207,14 @@ static void attend(struct bcd_run *run)
     if (measured == plan->steps) {
         run->progress->realization++;
         if (!finished(run))
-            begin_realization(run);
+            return begin_realization(run, error);
     }
+    return BCD_OK;
 }
 
-void bcd_run_advance(struct bcd_run *run, int64_t ticks)
+enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_error *error)
 {
-    while (ticks > 0 && !finished(run)) {
+    while (ticks > 0 && !finished(run) && !run->status) {
         int64_t go = next_stop(run) - run->sim.clock->tick;
         bool arrive = go <= ticks;
         go = arrive ? go : ticks;
@@ -212,11 +222,12 @@ void bcd_run_advance(struct bcd_run *run, int64_t ticks)
         ticks -= go;
         if (!arrive)
             continue;
-        attend(run);
+        run->status = attend(run, error);
         /* Last, so that looks see contacts across the seam as the method left them. */
         if (run->sim.clock->tick % RECENTRE_STEPS == 0)
             sim_recentre(&run->sim);
     }
+    return run->status;
 }
 
 int64_t bcd_run_ticks_done(const struct bcd_run *run)

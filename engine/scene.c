@@ -3,6 +3,7 @@
 #include "scene.h"
 #include "blob.h"
 #include "status.h"
+#include "theory/sampler.h"
 
 #include <assert.h>
 #include <math.h>
@@ -33,7 +34,8 @@ static const char *method_word(size_t i) /* "auto", then the registered methods 
 static const char *initial_word(size_t i)
 {
     static const char *const words[] = {[INITIAL_UNIFORM] = "uniform",
-                                        [INITIAL_LATTICE] = "lattice"};
+                                        [INITIAL_LATTICE] = "lattice",
+                                        [INITIAL_EQUILIBRIUM] = "equilibrium"};
     return i < sizeof words / sizeof *words ? words[i] : NULL;
 }
 
@@ -141,6 +143,7 @@ void bcd_scene_free(struct bcd_scene *scene)
 {
     if (!scene)
         return;
+    theory_sampler_free(scene->plan.sampler);
     for (size_t i = 0; i < scene->part_count; i++)
         free(scene->parts[i].group.values);
     free(scene);

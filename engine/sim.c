@@ -2,6 +2,7 @@
  * sim.c - see sim.h. */
 #include "sim.h"
 #include "kernels/elementary.h"
+#include "theory/sampler.h"
 
 #include <math.h>
 
@@ -50,15 +51,37 @@ static void place_lattice(struct sim *sim)
         sim->y[i] = first + gap * (double)i;
 }
 
-void sim_begin(struct sim *sim, int64_t realization)
+/* Uniform numbers for the equilibrium sampler, one after another. */
+struct uniform_stream {
+    const struct sim *sim;
+    int64_t next;
+};
+
+static double next_uniform(void *ctx)
+{
+    struct uniform_stream *stream = ctx;
+    return initial_uniform(stream->sim, stream->next++);
+}
+
+static enum bcd_status place_equilibrium(struct sim *sim, struct bcd_error *error)
+{
+    struct uniform_stream stream = {sim, 0};
+    const struct theory_uniforms uniforms = {next_uniform, &stream};
+    return theory_sampler_draw(sim->plan->sampler, sim->y, &uniforms, error);
+}
+
+enum bcd_status sim_begin(struct sim *sim, int64_t realization, struct bcd_error *error)
 {
     *sim->clock = (struct sim_clock){0, 0};
     sim->noise = (struct noise_key){.seed = sim->plan->seed, .stream = STREAM_STEPS};
     sim->noise.realization = (uint32_t)realization;
+    if (sim->plan->initial == INITIAL_EQUILIBRIUM)
+        return place_equilibrium(sim, error);
     if (sim->plan->initial == INITIAL_LATTICE)
         place_lattice(sim);
     else
         place_uniform(sim);
+    return BCD_OK;
 }
 
 void sim_recentre(struct sim *sim)

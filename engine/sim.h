@@ -9,6 +9,7 @@
 #define SIM_H
 
 #include "arena.h"
+#include "bcd.h"
 #include "plan.h"
 #include "kernels/normals.h"
 
@@ -41,8 +42,8 @@ static inline int64_t sim_measured(const struct sim *sim)
 
 void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept);
 
-/* Places the rods for a realization and sets the clock to 0. */
-void sim_begin(struct sim *sim, int64_t realization);
+/* Places the rods for a realization and sets the clock to 0. Only an equilibrium draw can fail. */
+enum bcd_status sim_begin(struct sim *sim, int64_t realization, struct bcd_error *error);
 
 /* Moves all rods back by whole lengths L when they have drifted far: keeps the digits of y. */
 void sim_recentre(struct sim *sim);

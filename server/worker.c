@@ -169,8 +169,8 @@ static int64_t next_slice(int64_t ticks, int64_t elapsed_ns)
     return next < 1.0 ? 1 : next > 1e15 ? (int64_t)1e15 : (int64_t)next;
 }
 
-/* Advances the run to its end; false when it was told to stop before. */
-static bool advance(struct work *work)
+/* Advances the run to its end; STOPPED when it was told to stop before. */
+static enum outcome advance(struct work *work)
 {
     const int64_t total = bcd_run_ticks_total(work->run);
     int64_t slice = 1, before = now_ns();
@@ -182,8 +182,10 @@ static bool advance(struct work *work)
         int64_t after;
 
         if (should_stop(work))
-            return false;
-        bcd_run_advance(work->run, slice);
+            return OUTCOME_STOPPED;
+        work->error.code = bcd_run_advance(work->run, slice, &work->error);
+        if (work->error.code)
+            return OUTCOME_FAILED;
         after = now_ns();
         slice = next_slice(slice, after - before);
         atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
@@ -194,7 +196,7 @@ static bool advance(struct work *work)
         }
         before = after;
     }
-    return true;
+    return OUTCOME_DONE;
 }
 
 static enum outcome put_tally(struct work *work)
@@ -235,11 +237,12 @@ static enum outcome run_chunk(struct work *work)
         return OUTCOME_STOPPED;
     if (work->error.code)
         return OUTCOME_FAILED;
-    if (advance(work))
+    enum outcome outcome = advance(work);
+    if (outcome == OUTCOME_DONE)
         return put_tally(work);
-    if (!atomic_load(work->task->cancelled))
+    if (outcome == OUTCOME_STOPPED && !atomic_load(work->task->cancelled))
         save_checkpoint(work);
-    return OUTCOME_STOPPED;
+    return outcome;
 }
 
 /* ------------------------------------------------------------------ finishing */

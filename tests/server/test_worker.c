@@ -249,7 +249,7 @@ static void a_job_with_all_chunks_is_finished_at_start(void **state)
         size_t size;
 
         assert_int_equal(bcd_run_create(&run, scene, chunk, &error), BCD_OK);
-        bcd_run_advance(run, bcd_run_ticks_total(run));
+        assert_int_equal(bcd_run_advance(run, bcd_run_ticks_total(run), NULL), BCD_OK);
         size = bcd_tally_size(bcd_run_tally(run));
         bytes = malloc(size);
         assert_non_null(bytes);

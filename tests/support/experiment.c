@@ -42,7 +42,7 @@ struct experiment experiment_run(struct bcd_scene *scene, int64_t slice)
         assert_int_equal(bcd_run_create(&run, scene, chunk, NULL), BCD_OK);
         int64_t total = bcd_run_ticks_total(run);
         while (bcd_run_ticks_done(run) < total)
-            bcd_run_advance(run, slice ? slice : total);
+            assert_int_equal(bcd_run_advance(run, slice ? slice : total, NULL), BCD_OK);
         assert_int_equal(bcd_run_ticks_done(run), total);
         bcd_tally_merge(e.tally, bcd_run_tally(run));
         bcd_run_free(run);
