@@ -248,7 +248,12 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
  * elsewhere. Takes up to seconds. Fails for want of memory only: where there is no reference,
  * tables say why. */
 struct bcd_theory;
-enum bcd_status bcd_theory_create(struct bcd_theory **theory, const struct bcd_scene *scene);
+enum bcd_theory_scope {
+    BCD_THEORY_RING,     /* what results stand beside */
+    BCD_THEORY_INFINITE, /* and the infinite system */
+};
+enum bcd_status bcd_theory_create(struct bcd_theory **theory, const struct bcd_scene *scene,
+                                  enum bcd_theory_scope scope);
 void bcd_theory_free(struct bcd_theory *theory);
 
 /* One row of numbers about the equilibrium as a whole, table "equilibrium": external energy,

@@ -29,7 +29,8 @@ static enum bcd_status solve(struct theory_result **result, theory_route *route,
     return status == BCD_NO_MEMORY ? status : BCD_OK;
 }
 
-enum bcd_status bcd_theory_create(struct bcd_theory **out, const struct bcd_scene *scene)
+enum bcd_status bcd_theory_create(struct bcd_theory **out, const struct bcd_scene *scene,
+                                  enum bcd_theory_scope scope)
 {
     struct bcd_theory *theory = calloc(1, sizeof *theory);
     if (!theory)
@@ -45,12 +46,13 @@ enum bcd_status bcd_theory_create(struct bcd_theory **out, const struct bcd_scen
     }
     const char *none = equilibrium_missing(&scene->plan);
     snprintf(theory->why_not, sizeof theory->why_not, "%s", none ? none : "");
-    snprintf(theory->why_not_infinite, sizeof theory->why_not, "%s", none ? none : "");
+    snprintf(theory->why_not_infinite, sizeof theory->why_not_infinite, "%s",
+             none ? none : "was not asked for");
     enum bcd_status status = BCD_OK;
     if (!none && any) {
-        status = solve(&theory->canonical, theory_contour, &scene->plan, &wanted,
+        status = solve(&theory->canonical, theory_canonical, &scene->plan, &wanted,
                        theory->why_not);
-        if (!status)
+        if (!status && scope == BCD_THEORY_INFINITE)
             status = solve(&theory->infinite, theory_infinite, &scene->plan, &wanted,
                            theory->why_not_infinite);
     }

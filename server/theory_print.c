@@ -14,7 +14,7 @@ char *theory_print(const struct bcd_scene *scene)
     while (bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, count))
         count++;
     tables = calloc(count + 1, sizeof *tables);
-    if (!tables || bcd_theory_create(&theory, scene))
+    if (!tables || bcd_theory_create(&theory, scene, BCD_THEORY_INFINITE))
         goto cleanup;
     for (; made < count; made++)
         if (bcd_theory_table(theory, scene, made, &tables[made]))

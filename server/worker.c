@@ -331,7 +331,7 @@ static enum bcd_status make_results(const struct bcd_tally *tally, const struct 
     results->items = calloc(count + 1, sizeof *results->items);
     if (!results->items)
         return BCD_NO_MEMORY;
-    status = bcd_theory_create(&theory, scene);
+    status = bcd_theory_create(&theory, scene, BCD_THEORY_RING);
     while (status == BCD_OK && results->count < count)
         status = add_result(results, tally, scene, theory);
     bcd_theory_free(theory);
