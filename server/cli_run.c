@@ -190,7 +190,8 @@ static int print_results(const struct bcd_scene *scene, const struct bcd_tally *
         count++;
     struct bcd_table **tables = calloc(count + 1, sizeof *tables);
     struct bcd_theory *theory = NULL;
-    enum bcd_status status = tables ? bcd_theory_create(&theory, scene, BCD_THEORY_RING) : BCD_NO_MEMORY;
+    enum bcd_status status =
+        tables ? bcd_theory_create(&theory, scene, BCD_THEORY_RING) : BCD_NO_MEMORY;
     char *text = NULL;
     for (size_t i = 0; status == BCD_OK && i < count; i++) {
         status = bcd_tally_table(tally, scene, theory, i, &tables[i]);

@@ -107,6 +107,48 @@ static void test_sticky_rods_in_a_cosine(void **state)
     check_sticky(2);
 }
 
+/* An exact start needs no equilibration: seen one tiny step after it, density, pair distances and
+ * energy follow the exact theory. Realizations are independent, so chi-square is what it says. */
+static void check_start(const char *interaction, double amplitude)
+{
+    struct experiment e = experiment_run(
+        experiment_scene("{'particles': 16, 'length': 20, 'diameter': 0.8, 'initial': "
+                         "'equilibrium', 'potential': {'type': 'cosine', 'amplitude': %g}, "
+                         "'interaction': %s, 'time_step': 1e-9, 'time': 1e-9, 'realizations': "
+                         "3000, 'observables': {'density': {'bins': 25}, 'energy': {}, "
+                         "'pair_distribution': {'bins': 40, 'last': 4}}}",
+                         amplitude, interaction),
+        0);
+    static const char *const observables[] = {"density", "energy", "pair_distribution"};
+    for (size_t i = 0; i < 3; i++) {
+        struct bcd_table *t = experiment_table(&e, observables[i]);
+        double freedom = note(t, "degrees_of_freedom");
+        assert_true(note(t, "chi_square") < freedom + 5 * sqrt(2 * freedom));
+        assert_true(freedom >= (t->rows == 1 ? 1 : 20));
+        bcd_table_free(t);
+    }
+    experiment_end(&e);
+}
+
+static void test_equilibrium_start_of_hard_rods(void **state)
+{
+    (void)state;
+    check_start("null", 6);
+}
+
+static void test_equilibrium_start_of_sticky_rods(void **state)
+{
+    (void)state;
+    check_start("{'type': 'sticky', 'strength': 1, 'range': 0.05}", 6);
+}
+
+/* Deep wells exchange no rods within a simulation: only the start can get them right. */
+static void test_equilibrium_start_in_deep_wells(void **state)
+{
+    (void)state;
+    check_start("null", 20);
+}
+
 /* The comparison itself can fail: a coarse step gives a profile that chi-square rejects. */
 static void test_chi_square_rejects_a_coarse_step(void **state)
 {
@@ -130,6 +172,9 @@ int main(void)
         cmocka_unit_test(test_hard_rods_in_a_cosine),
         cmocka_unit_test(test_sticky_rods),
         cmocka_unit_test(test_sticky_rods_in_a_cosine),
+        cmocka_unit_test(test_equilibrium_start_of_hard_rods),
+        cmocka_unit_test(test_equilibrium_start_of_sticky_rods),
+        cmocka_unit_test(test_equilibrium_start_in_deep_wells),
         cmocka_unit_test(test_chi_square_rejects_a_coarse_step),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
