@@ -7,7 +7,8 @@
  *   rho(x) ~ int dtheta e^{s ell} (K_s^N)(x, x)
  *
  * and likewise for averages of one gap (transfer.h) and for pairs (pairs.h). With p the pressure of
- * the infinite system the line runs through the saddle point, nothing cancels, and the trapezoidal
+ * about that of the
+ * infinite system the line runs near the saddle point, nothing cancels, and the trapezoidal
  * rule in theta is exact but for the weight of rings of length n P with n = L/P modulo the number of
  * thetas. That weight is watched half way between: it is the alternating sum of the same terms.
  *
@@ -276,6 +277,7 @@ enum bcd_status theory_contour(struct theory_result **result, const struct theor
     if (status) {
         return status;
     }
+    model.any_pressure = true;
     if (system->particles < 2) {
         return theory_fail(error, BCD_INVALID, "canonical ring: the contour needs two rods");
     }

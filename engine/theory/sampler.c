@@ -8,6 +8,7 @@
 #include "transfer.h"
 
 enum { POINTS = 8192, BUDGET = 200000000 };
+#define NOWHERE 1e-12 /* of the highest density: places without rods */
 
 /* A periodic function: values at POINTS + 4 places, from one before 0 on. */
 struct table {
@@ -22,7 +23,7 @@ struct ramp {
 
 struct theory_sampler {
     struct model model;
-    double p, lambda, periods, bound; /* acceptance factors are at most bound */
+    double p, lambda, periods, nowhere, bound; /* acceptance factors are at most bound */
     struct table phi;        /* right of a rod */
     struct table left;       /* h*: left of an empty place */
     struct table open_right; /* probability that a gap to the right is no bond */
@@ -84,14 +85,18 @@ static void series_table(const struct series *series, struct table *table)
     wrap(table);
 }
 
-static bool all_positive(const struct table *table)
+/* Positive functions that span more than the digits of a double are known only where they are not
+ * small; elsewhere they are kept from vanishing. Returns the value below which that was so. */
+static double lift(struct table *table)
 {
-    for (size_t i = 0; i < POINTS; i++) {
-        if (!(table->value[i + 1] > 0 && isfinite(table->value[i + 1]))) {
-            return false;
-        }
+    double largest = 0;
+    for (size_t i = 0; i < POINTS + 4; i++) {
+        largest = fmax(largest, table->value[i]);
     }
-    return true;
+    for (size_t i = 0; i < POINTS + 4; i++) {
+        table->value[i] = fmax(table->value[i], 1e-15 * largest);
+    }
+    return 1e-9 * largest;
 }
 
 /* most(x) = bound of table over [x, x + reach] (sign 1) or [x - reach, x] (sign -1). */
@@ -167,6 +172,35 @@ static double ramp_inverse(const struct theory_sampler *s, const struct ramp *ra
 
 /* ------------------------------------------------------------------- setup */
 
+/* Lifts the tables; false when one of them is unknown at a place where rods may be. */
+static bool known_where_rods_are(struct theory_sampler *s)
+{
+    struct table *tables[] = {&s->phi,       &s->chi,       &s->left,
+                              &s->next_most, &s->open_left, &s->open_right};
+    double least[6], densest = 0;
+    for (size_t k = 0; k < 6; k++) {
+        least[k] = lift(tables[k]);
+    }
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t i = 1; i <= POINTS; i++) {
+            double w = model_weight(&s->model, s->model.period * (double)(i - 1) / POINTS);
+            double density = w * s->phi.value[i] * s->chi.value[i];
+            densest = pass == 0 ? fmax(densest, density) : densest;
+            if (pass == 0 || density < NOWHERE * densest) {
+                continue;
+            }
+            /* phi, chi: of a rod here; the open gaps beside it */
+            if (s->phi.value[i] < least[0] || s->chi.value[i] < least[1] ||
+                s->open_left.value[i] < 1e-6 * least[4] ||
+                s->open_right.value[i] < 1e-6 * least[5]) {
+                return false;
+            }
+        }
+    }
+    s->nowhere = NOWHERE * densest;
+    return densest > 0 && isfinite(densest);
+}
+
 /* Tables of what follows from the eigenvectors. */
 static bool fill_functions(struct theory_sampler *s, const struct transfer *t,
                            double complex *coefficient, double *values)
@@ -200,9 +234,7 @@ static bool fill_functions(struct theory_sampler *s, const struct transfer *t,
     series.decay = 0;
     series.shift = 0;
     series_table(&series, &s->chi);
-    return all_positive(&s->phi) && all_positive(&s->chi) && all_positive(&s->left) &&
-           all_positive(&s->next_most) && all_positive(&s->open_left) &&
-           all_positive(&s->open_right);
+    return known_where_rods_are(s);
 }
 
 /* Ramps, probabilities of open gaps, bounds. */
@@ -226,7 +258,9 @@ static void fill_ramps(struct theory_sampler *s, const struct transfer *t)
         double left = s->open_left.value[at] / (t->lambda * s->chi.value[at]);
         s->open_right.value[at] = sticky ? fmin(right, 1) : 1;
         s->open_left.value[at] = sticky ? fmin(left, 1) : 1;
-        hard = fmax(hard, 1 / (s->left.value[at] * s->phi.value[at]));
+        if (s->density.slope[i] >= s->nowhere) {
+            hard = fmax(hard, 1 / (s->left.value[at] * s->phi.value[at]));
+        }
     }
     /* End corrections of the trapezoidal rule: density values to fourth order, not only at 0, P. */
     for (size_t i = 0; i <= POINTS; i++) {
@@ -247,38 +281,53 @@ static void fill_ramps(struct theory_sampler *s, const struct transfer *t)
     window_bound(s, &s->next_left, -1, &s->next_left_most);
 }
 
+/* Whether the eigenvectors' highest modes have died out. */
+static bool resolved(const struct transfer *t, double complex *coefficient)
+{
+    const double *vectors[] = {t->right, t->left};
+    for (int v = 0; v < 2; v++) {
+        grid_analyse(&t->grid, vectors[v], coefficient);
+        double largest = 0, tail = 0;
+        for (size_t k = 0; k <= t->grid.half; k++) {
+            double size = cabs(coefficient[k]);
+            largest = fmax(largest, size);
+            tail = 5 * k > 4 * t->grid.half ? fmax(tail, size) : 0;
+        }
+        if (!(tail < 1e-10 * largest)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static enum bcd_status fill(struct theory_sampler *s, struct bcd_error *error)
 {
     static const size_t points[] = {35, 53, 79, 119, 179, 269, 405};
-    double before = NAN;
-    enum bcd_status status = BCD_INVALID;
     for (size_t level = 0; level < sizeof points / sizeof *points; level++) {
         struct scratch scratch = {0};
         struct transfer t;
-        status = transfer_init(&t, &s->model, &scratch, points[level], error);
+        enum bcd_status status = transfer_init(&t, &s->model, &scratch, points[level], error);
         double complex *coefficient = scratch_complex(&scratch, points[level]);
         double *values = scratch_doubles(&scratch, points[level]);
-        if (!status && scratch.failed) {
-            status = theory_fail(error, BCD_NO_MEMORY, "out of memory");
+        if (status == BCD_NO_MEMORY || scratch.failed) {
+            scratch_free(&scratch);
+            return theory_fail(error, BCD_NO_MEMORY, "out of memory");
         }
-        double change = status ? NAN : fabs(t.lambda / before - 1);
-        before = status ? NAN : t.lambda;
-        bool settled = change < 1e-11;
-        bool good = settled && fill_functions(s, &t, coefficient, values);
+        bool good = !status && resolved(&t, coefficient) &&
+                    fill_functions(s, &t, coefficient, values);
         if (good) {
             s->p = t.p;
             s->lambda = t.lambda;
             fill_ramps(s, &t);
         }
         scratch_free(&scratch);
-        if (good || status == BCD_NO_MEMORY) {
-            return status;
+        if (good) {
+            return BCD_OK;
         }
     }
-    return status ? status
-                  : theory_fail(error, BCD_INVALID,
-                                "equilibrium draw: the transfer operator is not resolved (the "
-                                "system is too dense, or its potential too strong)");
+    return theory_fail(error, BCD_INVALID,
+                       "equilibrium draw: the transfer operator is not resolved (the system is too "
+                       "dense, or its potential too strong)");
 }
 
 enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
@@ -297,6 +346,7 @@ enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
     if (!status && system->particles > 1000000) {
         status = theory_fail(error, BCD_INVALID, "equilibrium draw: more than 1e6 rods");
     }
+    fresh->model.any_pressure = true;
     status = status ? status : fill(fresh, error);
     if (status) {
         free(fresh);

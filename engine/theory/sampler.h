@@ -13,8 +13,9 @@
  *
  * (phi, h*: what lies right of a rod, left of an empty place; x_l, x_r: the ends of the chain). So
  * accepted configurations follow the canonical law exactly, whatever p. The interaction f = 1 + bump
- * is read as a mixture: a gap is a bond when it was drawn from the bump. What is not exact is
- * interpolation in tables of 8192 points per period, relative errors of some 1e-10.
+ * is read as a mixture: a gap is a bond when it was drawn from the bump. What is not exact:
+ * interpolation in tables of 8192 points per period, relative errors of some 1e-10; and places where
+ * the density is below 1e-12 of its maximum, which do not count for the bound of the acceptance.
  *
  * About sqrt(N) attempts are needed per draw, most of them broken off early; for narrow bumps not
  * more. Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused.

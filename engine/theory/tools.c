@@ -98,20 +98,34 @@ void matrix_init(struct matrix *matrix, struct scratch *scratch, size_t n)
 
 /* Row i of the product is a combination of the rows of b: unit stride throughout. Two rows of b at
  * a time halve the traffic of the row that is written. */
+static void add_two_rows(size_t n, double *restrict const out[2], const double a[4],
+                         const double *const b[4])
+{
+    double *restrict re = out[0], *restrict im = out[1];
+    const double *restrict u = b[0], *restrict v = b[1], *restrict s = b[2], *restrict t = b[3];
+    double x = a[0], y = a[1], z = a[2], w = a[3];
+    for (size_t j = 0; j < n; j++) {
+        re[j] += (x * u[j] - y * v[j]) + (z * s[j] - w * t[j]);
+        im[j] += (x * v[j] + y * u[j]) + (z * t[j] + w * s[j]);
+    }
+}
+
 void matrix_multiply(struct matrix *out, const struct matrix *a, const struct matrix *b)
 {
     size_t n = a->n;
+    memset(out->re, 0, n * n * sizeof(double));
+    memset(out->im, 0, n * n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
-        double *restrict re = out->re + i * n, *restrict im = out->im + i * n;
-        memset(re, 0, n * sizeof *re);
-        memset(im, 0, n * sizeof *im);
-        for (size_t k = 0; k < n; k++) {
-            double x = a->re[i * n + k], y = a->im[i * n + k];
-            const double *restrict u = b->re + k * n, *restrict v = b->im + k * n;
-            for (size_t j = 0; j < n; j++) {
-                re[j] += x * u[j] - y * v[j];
-                im[j] += x * v[j] + y * u[j];
-            }
+        double *restrict const row[2] = {out->re + i * n, out->im + i * n};
+        for (size_t k = 0; k < n; k += 2) {
+            /* n may be odd: the last row then goes twice, once with factor 0. */
+            size_t next = k + 1 < n ? k + 1 : k;
+            double use = k + 1 < n ? 1 : 0;
+            const double factor[4] = {a->re[i * n + k], a->im[i * n + k],
+                                      use * a->re[i * n + next], use * a->im[i * n + next]};
+            const double *const rows[4] = {b->re + k * n, b->im + k * n, b->re + next * n,
+                                           b->im + next * n};
+            add_two_rows(n, row, factor, rows);
         }
     }
 }

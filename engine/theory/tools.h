@@ -41,6 +41,7 @@ struct model {
     double density;     /* N / L */
     double reach;   /* f(g) = 1 from here on */
     double bond;    /* weight of the delta function at g = 0 */
+    bool any_pressure; /* the transfer operator is wanted near the mean gap, not exactly at it */
 };
 enum bcd_status model_init(struct model *model, const struct theory_system *system,
                            const struct theory_wanted *wanted, struct bcd_error *error);

@@ -171,6 +171,7 @@ static enum bcd_status solve_pressure(struct transfer *t, double *shifted, struc
 {
     double target = log(t->model->mean_gap), x = -target, low = -INFINITY, high = INFINITY;
     double before_x = NAN, before_y = NAN;
+    double enough = t->model->any_pressure ? .02 / sqrt((double)t->model->system.particles) : 0;
     for (int turn = 0; turn < 100; turn++) {
         double mean_gap;
         if (solve_at(t, exp(x), shifted, &mean_gap)) {
@@ -189,12 +190,15 @@ static enum bcd_status solve_pressure(struct transfer *t, double *shifted, struc
         }
         low = y > 0 ? x : low;
         high = y > 0 ? high : x;
+        double before_before = before_x;
         before_x = x;
         before_y = y;
         double step = -y / slope;
-        if (fabs(y) < 1e-13 || fabs(step) < 1e-14) {
+        bool first = isnan(before_before);
+        if (fabs(y) < 3e-13 || fabs(step) < 1e-14 || (!first && fabs(y) < enough)) {
             return BCD_OK;
         }
+        step = first && fabs(y) < enough ? 1e-2 : step; /* a second point, for the variance */
         x += fabs(step) < 3 ? step : copysign(3, step);
         if (!(x > low && x < high) && isfinite(low) && isfinite(high)) {
             x = (low + high) / 2;
