@@ -45,6 +45,11 @@ static const struct cli_command commands[] = {
             "null\n"
             "with a reason where there is none.",
      .function = cli_theory},
+    {.name = "report",
+     .usage = "NAME [options]",
+     .doc = "runs many jobs and judges them together\n"
+            "bcd report NAME --help tells more. The reports:",
+     .function = cli_report},
     {0},
 };
 

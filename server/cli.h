@@ -22,6 +22,7 @@ struct cli_command {
 int cli_run(const struct cli_command *self, int argc, char **argv);
 int cli_check(const struct cli_command *self, int argc, char **argv);
 int cli_theory(const struct cli_command *self, int argc, char **argv);
+int cli_report(const struct cli_command *self, int argc, char **argv);
 
 /* Usage and documentation of one subcommand on stdout. */
 int cli_help(const struct cli_command *self);

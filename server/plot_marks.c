@@ -13,8 +13,10 @@ static void print_bands(struct text *svg, const struct plot_points *points,
                         const struct plot_axis *x, const struct plot_axis *y);
 static void print_line(struct text *svg, const struct plot_points *points,
                        const struct plot_axis *x, const struct plot_axis *y);
+static void print_dots(struct text *svg, const struct plot_points *points,
+                       const struct plot_axis *x, const struct plot_axis *y);
 static void print_theory(struct text *svg, const struct plot_points *points,
-                         const struct plot_axis *x, const struct plot_axis *y);
+                         const struct plot_axis *x, const struct plot_axis *y, const char *style);
 static bool print_guide(struct text *svg, const struct plot_points *points,
                         const struct plot_axis axes[2], double slope);
 
@@ -47,7 +49,20 @@ void plot_marks_print(struct text *svg, const struct plot_points *points, const 
         print_line(svg, points, x, y);
     }
     if (points->theory)
-        print_theory(svg, points, x, y);
+        print_theory(svg, points, x, y, PLOT_STYLE_THEORY);
+}
+
+void plot_dots_print(struct text *svg, const struct plot_points *points, const struct plot_axis *x,
+                     const struct plot_axis *y)
+{
+    if (points->steps)
+        print_steps(svg, points, x, y);
+    if (points->bars)
+        print_bars(svg, points, x, y);
+    if (points->theory)
+        print_theory(svg, points, x, y, PLOT_STYLE_CURVE);
+    if (!points->bars)
+        print_dots(svg, points, x, y);
 }
 
 /* A vertical stroke from low to high with a little foot at both ends. */
@@ -171,12 +186,41 @@ static void print_line(struct text *svg, const struct plot_points *points,
     }
 }
 
+/* Points alone: whiskers in one path, then the dots, so small that neighbours do not touch. */
+static void print_dots(struct text *svg, const struct plot_points *points,
+                       const struct plot_axis *x, const struct plot_axis *y)
+{
+    double pitch = fabs(x->to - x->from) / (double)(points->count ? points->count : 1);
+    double radius = fmax(fmin(0.42 * pitch, 3), 0.8);
+    text_add(svg, "<path class=\"band\" fill=\"none\" stroke=\"" PLOT_BLUE "\" d=\"");
+    for (size_t i = 0; i < points->count; i++) {
+        const struct plot_point *p = &points->point[i];
+        double at[3] = {plot_axis_pixel(x, p->x), plot_axis_pixel(y, p->low),
+                        plot_axis_pixel(y, p->high)};
+        if (!isnan(p->low))
+            add_whisker(svg, at, fmin(radius, 2.5));
+    }
+    text_add(svg, "\"/>\n<g fill=\"" PLOT_BLUE "\">\n");
+    for (size_t i = 0; i < points->count; i++) {
+        if (isnan(points->point[i].value))
+            continue;
+        text_add(svg, "<circle class=\"dot\" cx=\"");
+        plot_add_pixel(svg, plot_axis_pixel(x, points->point[i].x));
+        text_add(svg, "\" cy=\"");
+        plot_add_pixel(svg, plot_axis_pixel(y, points->point[i].value));
+        text_add(svg, "\" r=\"");
+        plot_add_pixel(svg, radius);
+        text_add(svg, "\"/>\n");
+    }
+    text_add(svg, "</g>\n");
+}
+
 static void print_theory(struct text *svg, const struct plot_points *points,
-                         const struct plot_axis *x, const struct plot_axis *y)
+                         const struct plot_axis *x, const struct plot_axis *y, const char *style)
 {
     const struct plot_point *p = points->point;
     bool pen = false;
-    text_add(svg, "<path class=\"theory\" " PLOT_STYLE_THEORY " d=\"");
+    text_add(svg, "<path class=\"theory\" %s d=\"", style);
     for (size_t i = 0; i < points->count; i++) {
         double at[2] = {plot_axis_pixel(x, p[i].x), plot_axis_pixel(y, p[i].theory)};
         bool next = i + 1 < points->count && !isnan(p[i + 1].theory);

@@ -16,6 +16,9 @@
 #define PLOT_STYLE_THEORY                                                                          \
     "fill=\"none\" stroke=\"" PLOT_RED "\" stroke-width=\"2\" stroke-dasharray=\"8 4\""
 
+#define PLOT_STYLE_CURVE                                                                           \
+    "fill=\"none\" stroke=\"" PLOT_RED "\" stroke-width=\"1.8\" stroke-linejoin=\"round\""
+
 /* Samples for the legend, 24 pixels wide about y = 0. */
 #define PLOT_KEY_VALUE                                                                             \
     "<path d=\"M0 0H24\" stroke=\"" PLOT_BLUE "\" stroke-width=\"2\"/>"                            \
@@ -28,6 +31,10 @@
 #define PLOT_KEY_WHISKER                                                                           \
     "<path d=\"M2 -4V4M2 0H22M22 -4V4\" stroke=\"" PLOT_BLUE "\" stroke-width=\"1.5\"/>"
 #define PLOT_KEY_STEP "<rect x=\"9\" y=\"-7\" width=\"6\" height=\"14\" fill=\"#bdbdbd\"/>"
+#define PLOT_KEY_DOT "<circle cx=\"12\" r=\"3\" fill=\"" PLOT_BLUE "\"/>"
+#define PLOT_KEY_DOT_BAR                                                                           \
+    "<path d=\"M12 -8V8M9 -8H15M9 8H15\" stroke=\"" PLOT_BLUE "\"/>" PLOT_KEY_DOT
+#define PLOT_KEY_CURVE "<path d=\"M0 0H24\" " PLOT_STYLE_CURVE "/>"
 #define PLOT_KEY_THEORY "<path d=\"M0 0H24\" " PLOT_STYLE_THEORY "/>"
 
 /* A pixel, to a hundredth; never depends on the locale. And one step of a path. */
@@ -39,6 +46,11 @@ void plot_marks_print(struct text *svg, const struct plot_points *points, const 
                       const struct plot_axis *y);
 void plot_guides_print(struct text *svg, const struct plot_points *points,
                        const struct plot_axis *x, const struct plot_axis *y);
+
+/* The same points the way small panels want them: theory as a full line, over it the values as
+ * single points with error bars. Bars stay bars. */
+void plot_dots_print(struct text *svg, const struct plot_points *points, const struct plot_axis *x,
+                     const struct plot_axis *y);
 
 /* One value along x, at the height `y`. */
 void plot_scalar_print(struct text *svg, const struct plot_point *point, const struct plot_axis *x,

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * cli_report.c - bcd report: many jobs run and judged together; the table of reports. */
+#include "cli_report.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* Names as after `bcd`: help and complaints say "bcd report figures". */
+static const struct cli_command reports[] = {
+    {.name = "report figures",
+     .usage = "[--out DIR] [--only TEXT] [--full] [--workers N] [--quiet] | --jobs [--full]",
+     .doc =
+         "simulates Figs. 3, 4 and 6 of the 2022 paper beside exact theory\n"
+         "Density and contact density of hard rods (Figs. 3, 4), both of sticky rods (Fig. 6);\n"
+         "doi 10.1103/PhysRevE.106.054606. Each figure becomes a picture (SVG), each panel a "
+         "table\n"
+         "(CSV) in DIR. Printed, and kept in 2022-figures.csv, are for each panel:\n"
+         "  L1         integral of |measured - theory| over a period, relative to that of theory\n"
+         "  max|z|     largest distance of a bin in standard errors\n"
+         "  chi2/dof   sum of z squared per bin, and p, how likely at least as much is by chance\n"
+         "  core s     processor time\n"
+         "A small p is no failure: method bcd has an error of the square root of the time step.\n"
+         "\n"
+         "  --out DIR    where files go; made when missing (default: figures)\n"
+         "  --only TEXT  only scenes whose name contains it: fig4, fig3-sigma0.2, gamma10\n"
+         "  --full       long runs with smaller steps: about 10 hours of one core, not 4 minutes\n"
+         "  --workers N  threads (default: all cores)\n"
+         "  --jobs       runs nothing: prints all jobs, completed, as one JSON object\n"
+         "  --quiet      no progress bar (there is none either unless stderr is a terminal)",
+     .function = cli_report_figures},
+    {0},
+};
+
+int cli_report(const struct cli_command *self, int argc, char **argv)
+{
+    const char *name = argc > 1 ? argv[1] : "";
+    if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {
+        cli_help(self);
+        for (const struct cli_command *report = reports; report->name; report++)
+            printf("\n  bcd %s %s\n      %.*s\n", report->name, report->usage,
+                   (int)strcspn(report->doc, "\n"), report->doc);
+        return CLI_OK;
+    }
+    for (const struct cli_command *report = reports; report->name; report++)
+        if (strcmp(strchr(report->name, ' ') + 1, name) == 0)
+            return report->function(report, argc - 1, argv + 1);
+    return *name ? cli_wrong(self, "there is no report \"%s\"", name)
+                 : cli_wrong(self, "which report?");
+}

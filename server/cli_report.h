@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * cli_report.h - the reports of `bcd report NAME`: one function each, one row in cli_report.c. */
+#ifndef CLI_REPORT_H
+#define CLI_REPORT_H
+
+#include "cli.h"
+
+/* argv[0] is the report's name. Returns the exit status. */
+int cli_report_figures(const struct cli_command *self, int argc, char **argv);
+
+#endif

@@ -1,0 +1,431 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * cli_report_figures.c - bcd report figures: each scene is simulated on all threads, its tables are
+ * written and judged at once; a figure is drawn when the last of its scenes is done.
+ */
+#include "cli_report.h"
+#include "cli_report_scenes.h"
+#include "cli_simulate.h"
+#include "limits.h"
+#include "plot_figure.h"
+#include "scene_json.h"
+#include "table_csv.h"
+#include "text.h"
+
+#include <errno.h>
+#include <getopt.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { PANELS_MAX = 32, WORDS_SIZE = 96 };
+
+struct options {
+    const char *out, *only;
+    bool full, jobs, quiet, help;
+    int64_t workers;
+};
+
+/* What the printed table says about one panel. NaN = not to be had. */
+struct verdict {
+    const struct report_scene *scene;
+    const char *observable, *method;
+    double time_step, l1, z_max, chi_square, freedom, p_value, core_seconds;
+};
+
+/* The panels of the figure in progress; tables are owned. */
+struct sheet {
+    const struct report_figure *figure;
+    size_t count;
+    struct bcd_table *table[PANELS_MAX];
+    struct plot_panel panel[PANELS_MAX];
+    char title[PANELS_MAX][WORDS_SIZE], remark[PANELS_MAX][WORDS_SIZE];
+};
+
+struct report {
+    const struct options *options;
+    size_t scenes, done;
+    struct text summary; /* all verdicts as CSV */
+    struct sheet sheet;
+};
+
+static int parse_options(const struct cli_command *self, int argc, char **argv,
+                         struct options *options);
+static int print_jobs(const struct options *options);
+static bool wanted(const struct report_scene *scene, const struct options *options);
+static int make_directory(const char *path);
+static int report_all(struct report *report);
+
+int cli_report_figures(const struct cli_command *self, int argc, char **argv)
+{
+    struct options options;
+    int status = parse_options(self, argc, argv, &options);
+    if (status != CLI_OK)
+        return status;
+    if (options.help)
+        return cli_help(self);
+    struct report *report = calloc(1, sizeof *report);
+    if (!report)
+        return cli_print_take(NULL);
+    report->options = &options;
+    for (size_t i = 0; report_scene(i); i++)
+        report->scenes += wanted(report_scene(i), &options);
+    if (report->scenes == 0)
+        status = cli_wrong(self, "no scene's name contains \"%s\"", options.only);
+    else if (options.jobs)
+        status = print_jobs(&options);
+    else
+        status = make_directory(options.out);
+    if (status == CLI_OK && !options.jobs)
+        status = report_all(report);
+    free(text_take(&report->summary));
+    free(report);
+    return status;
+}
+
+/* ----------------------------------------------------------------- options */
+
+static int parse_options(const struct cli_command *self, int argc, char **argv,
+                         struct options *options)
+{
+    static const struct option names[] = {
+        {"out", required_argument, NULL, 'o'}, {"only", required_argument, NULL, 'n'},
+        {"full", no_argument, NULL, 'f'},      {"workers", required_argument, NULL, 'w'},
+        {"jobs", no_argument, NULL, 'j'},      {"quiet", no_argument, NULL, 'q'},
+        {"help", no_argument, NULL, 'h'},      {0},
+    };
+    int c;
+    *options = (struct options){.out = "figures", .workers = cli_cores()};
+    opterr = 0;
+    while ((c = getopt_long(argc, argv, ":hq", names, NULL)) != -1) {
+        switch (c) {
+        case 'o':
+            options->out = optarg;
+            break;
+        case 'n':
+            options->only = optarg;
+            break;
+        case 'f':
+            options->full = true;
+            break;
+        case 'w':
+            if (!cli_parse_integer(optarg, 1, LIMIT_WORKERS_MAX, &options->workers))
+                return cli_wrong(self, "--workers must be 1 to %d, not \"%s\"", LIMIT_WORKERS_MAX,
+                                 optarg);
+            break;
+        case 'j':
+            options->jobs = true;
+            break;
+        case 'q':
+            options->quiet = true;
+            break;
+        case 'h':
+            options->help = true;
+            return CLI_OK;
+        default:
+            return cli_wrong(self, c == ':' ? "%s needs a value" : "%s is no option",
+                             argv[optind - 1]);
+        }
+    }
+    if (optind != argc)
+        return cli_wrong(self, "%s is no option", argv[optind]);
+    return CLI_OK;
+}
+
+static bool wanted(const struct report_scene *scene, const struct options *options)
+{
+    char name[REPORT_NAME_SIZE];
+    report_scene_name(scene, name);
+    return !options->only || strstr(name, options->only);
+}
+
+/* ------------------------------------------------------------------- files */
+
+static int make_directory(const char *path)
+{
+    struct stat status;
+    if (mkdir(path, 0777) == 0 || (stat(path, &status) == 0 && S_ISDIR(status.st_mode)))
+        return CLI_OK;
+    fprintf(stderr, "bcd: directory %s cannot be made: %s\n", path, strerror(errno));
+    return CLI_FAILED;
+}
+
+/* Writes the text to DIR/NAME and frees it; NULL = out of memory. */
+static int write_take(const struct options *options, const char *name, char *content)
+{
+    struct text path = {0};
+    text_add(&path, "%s/%s", options->out, name);
+    char *where = text_take(&path);
+    FILE *file = where && content ? fopen(where, "w") : NULL;
+    bool good = file && fputs(content, file) >= 0;
+    if (file && fclose(file) != 0)
+        good = false;
+    if (!good)
+        fprintf(stderr, "bcd: %s cannot be written: %s\n", where ? where : name, strerror(errno));
+    free(where);
+    free(content);
+    return good ? CLI_OK : CLI_FAILED;
+}
+
+/* -------------------------------------------------------------------- jobs */
+
+/* The table's own jobs are right, or this program is not. */
+static int load_scene(const struct report_scene *row, bool full, struct bcd_scene **scene)
+{
+    struct bcd_errors errors = {0};
+    char *json = report_scene_json(row, full);
+    enum bcd_status status =
+        json ? scene_json_parse(json, strlen(json), scene, &errors) : BCD_NO_MEMORY;
+    if (status != BCD_OK)
+        fprintf(stderr, "bcd: %s %s: %s\n", json ? json : "", errors.items[0].field,
+                errors.count ? errors.items[0].text : bcd_status_text(status));
+    free(json);
+    return status == BCD_OK ? CLI_OK : CLI_FAILED;
+}
+
+static int print_jobs(const struct options *options)
+{
+    struct text text = {0};
+    int status = CLI_OK;
+    for (size_t i = 0; status == CLI_OK && report_scene(i); i++) {
+        const struct report_scene *row = report_scene(i);
+        struct bcd_scene *scene = NULL;
+        char name[REPORT_NAME_SIZE];
+        if (!wanted(row, options))
+            continue;
+        status = load_scene(row, options->full, &scene);
+        char *job = status == CLI_OK ? scene_json_job(scene) : NULL;
+        report_scene_name(row, name);
+        text_add(&text, "%s\"%s\":%s", text.size ? ",\n" : "{", name, job ? job : "");
+        text.failed = text.failed || !job;
+        free(job);
+        bcd_scene_free(scene);
+    }
+    text_add(&text, "}\n");
+    char *all = text_take(&text);
+    if (status == CLI_OK)
+        return cli_print_take(all);
+    free(all);
+    return status;
+}
+
+/* ---------------------------------------------------------------- verdicts */
+
+static double note(const struct bcd_table *table, const char *name)
+{
+    for (size_t i = 0; i < table->notes; i++)
+        if (strcmp(table->note[i].name, name) == 0)
+            return table->note[i].number;
+    return NAN;
+}
+
+static const struct bcd_fact *fact(const struct bcd_scene *scene, const char *name)
+{
+    const struct bcd_fact *found;
+    for (size_t i = 0; (found = bcd_scene_fact(scene, i)) != NULL; i++)
+        if (strcmp(found->name, name) == 0)
+            return found;
+    return NULL;
+}
+
+/* Bins are equally wide, so sums stand for integrals. */
+static void judge(const struct bcd_table *table, struct verdict *verdict)
+{
+    const struct bcd_column *value = bcd_table_column(table, BCD_ROLE_VALUE);
+    const struct bcd_column *theory = bcd_table_column(table, BCD_ROLE_THEORY);
+    double off = 0, all = 0;
+    verdict->l1 = verdict->z_max = NAN;
+    if (value && theory && value->values && theory->values) {
+        for (size_t i = 0; i < table->rows; i++) {
+            off += fabs(value->values[i] - theory->values[i]);
+            all += theory->values[i];
+        }
+        verdict->l1 = off / all;
+    }
+    for (size_t c = 0; c < table->columns; c++) {
+        const struct bcd_column *z = &table->column[c];
+        if (strcmp(z->name, "z") != 0 || !z->values)
+            continue;
+        for (size_t i = 0; i < table->rows; i++)
+            verdict->z_max = fmax(verdict->z_max, fabs(z->values[i])); /* NaN is passed over */
+    }
+    verdict->chi_square = note(table, "chi_square");
+    verdict->freedom = note(table, "degrees_of_freedom");
+    verdict->p_value = note(table, "p_value");
+}
+
+static void print_heading(void)
+{
+    printf("%-4s %-15s %5s %4s %5s %3s  %-6s %9s %7s %7s %8s %8s %8s\n", "fig.", "observable",
+           "sigma", "rho", "gamma", "N", "method", "time step", "L1", "max|z|", "chi2/dof", "p",
+           "core s");
+}
+
+/* One line of the table, and the same as CSV. */
+static void print_verdict(const struct verdict *v, struct text *summary)
+{
+    const struct report_scene *row = v->scene;
+    char name[REPORT_NAME_SIZE];
+    report_scene_name(row, name);
+    printf("%-4d %-15s %5g %4g %5g %3ld  %-6s %9g %7.4f %7.2f %8.2f %8.2g %8.1f\n", row->figure,
+           v->observable, row->diameter, row->density, row->stickiness, lround(row->density * 100),
+           v->method, v->time_step, v->l1, v->z_max, v->chi_square / v->freedom, v->p_value,
+           v->core_seconds);
+    fflush(stdout);
+    if (summary->size == 0)
+        text_add(summary, "scene,observable,diameter,density,stickiness,method,time_step,l1,"
+                          "z_max,chi_square,degrees_of_freedom,p_value,core_seconds\n");
+    text_add(summary, "%s,%s", name, v->observable);
+    const double first[] = {row->diameter, row->density, row->stickiness};
+    const double rest[] = {v->time_step, v->l1,      v->z_max,       v->chi_square,
+                           v->freedom,   v->p_value, v->core_seconds};
+    for (size_t i = 0; i < sizeof first / sizeof *first; i++) {
+        text_add(summary, ",");
+        text_add_number(summary, first[i]);
+    }
+    text_add(summary, ",%s", v->method);
+    for (size_t i = 0; i < sizeof rest / sizeof *rest; i++) {
+        text_add(summary, ",");
+        if (isfinite(rest[i]))
+            text_add_number(summary, rest[i]);
+    }
+    text_add(summary, "\n");
+}
+
+/* ----------------------------------------------------------------- figures */
+
+static void describe_panel(struct sheet *sheet, const struct verdict *v)
+{
+    size_t i = sheet->count - 1;
+    const struct report_scene *row = v->scene;
+    char gamma[32] = "";
+    if (row->stickiness > 0)
+        snprintf(gamma, sizeof gamma, "\xCE\xB3 = %g, ", row->stickiness);
+    snprintf(sheet->title[i], WORDS_SIZE, "%s\xCF\x83 = %g, \xCF\x81 = %g", gamma, row->diameter,
+             row->density);
+    snprintf(sheet->remark[i], WORDS_SIZE, "L\xE2\x82\x81 = %.1f %%", 100 * v->l1);
+    sheet->panel[i] = (struct plot_panel){.table = sheet->table[i],
+                                          .title = sheet->title[i],
+                                          .remark = isnan(v->l1) ? NULL : sheet->remark[i]};
+}
+
+/* Draws what there is of the figure. Panels came scene by scene; a row shows one observable. */
+static int draw_sheet(const struct report *report, const struct sheet *sheet)
+{
+    const struct report_figure *figure = sheet->figure;
+    struct plot_panel grid[PANELS_MAX] = {0};
+    char title[WORDS_SIZE], name[WORDS_SIZE], subtitle[256];
+    size_t kinds = figure->observable[1] ? 2 : 1, scenes = sheet->count / kinds;
+    size_t columns = scenes < figure->columns ? scenes : figure->columns;
+    size_t bands = (scenes + columns - 1) / columns;
+    for (size_t i = 0; i < sheet->count; i++) {
+        size_t scene = i / kinds, row = scene / columns * kinds + i % kinds;
+        grid[row * columns + scene % columns] = sheet->panel[i];
+    }
+    snprintf(title, sizeof title, "%s in a cosine potential", figure->title);
+    snprintf(
+        subtitle, sizeof subtitle,
+        "Simulated after Fig. %d of Phys. Rev. E 106, 054606 (2022): barrier 6 kT, ring of 100 "
+        "wavelengths. L\xE2\x82\x81: mean distance from theory, which is exact for this ring%s.",
+        figure->number, figure->gap > 0 ? " and for this window of contact" : "");
+    struct plot_figure plot = {.title = title,
+                               .subtitle = subtitle,
+                               .rows = bands * kinds,
+                               .columns = columns,
+                               .panels = grid};
+    snprintf(name, sizeof name, "2022-fig%d.svg", figure->number);
+    return write_take(report->options, name, plot_figure_print(&plot));
+}
+
+static void clear_sheet(struct sheet *sheet)
+{
+    for (size_t i = 0; i < sheet->count; i++)
+        bcd_table_free(sheet->table[i]);
+    sheet->count = 0;
+}
+
+/* ------------------------------------------------------------------ scenes */
+
+/* Table, CSV and verdict of each observable of a finished scene. */
+static int add_tables(struct report *report, const struct bcd_scene *scene,
+                      const struct cli_simulation *simulation, const struct report_scene *row)
+{
+    struct sheet *sheet = &report->sheet;
+    struct bcd_theory *theory = NULL;
+    enum bcd_status status = bcd_theory_create(&theory, scene, BCD_THEORY_RING);
+    const struct bcd_group *part;
+    char name[REPORT_NAME_SIZE], file[REPORT_NAME_SIZE + 48];
+    struct bcd_table **table = &sheet->table[sheet->count];
+    int written = CLI_OK;
+    report_scene_name(row, name);
+    for (size_t i = 0; i < REPORT_OBSERVABLES_MAX && sheet->figure->observable[i]; i++) {
+        size_t index = 0;
+        while ((part = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, index)) != NULL &&
+               strcmp(part->type, sheet->figure->observable[i]) != 0)
+            index++;
+        table = &sheet->table[sheet->count];
+        if (status == BCD_OK)
+            status = bcd_tally_table(simulation->tally, scene, theory, index, table);
+        if (status != BCD_OK || written != CLI_OK)
+            break;
+        struct verdict verdict = {.scene = row,
+                                  .observable = part->type,
+                                  .method = fact(scene, "method")->text,
+                                  .time_step = fact(scene, "time_step")->number,
+                                  .core_seconds = simulation->core_seconds};
+        sheet->count++;
+        judge(*table, &verdict);
+        describe_panel(sheet, &verdict);
+        print_verdict(&verdict, &report->summary);
+        snprintf(file, sizeof file, "%s-%s.csv", name, part->type);
+        written = write_take(report->options, file, table_csv_print(*table));
+    }
+    bcd_theory_free(theory);
+    if (status != BCD_OK)
+        fprintf(stderr, "bcd: %s: %s\n", name, bcd_status_text(status));
+    return status == BCD_OK ? written : CLI_FAILED;
+}
+
+static int report_one(struct report *report, const struct report_scene *row)
+{
+    struct bcd_scene *scene = NULL;
+    char name[REPORT_NAME_SIZE], label[REPORT_NAME_SIZE + 32];
+    report_scene_name(row, name);
+    snprintf(label, sizeof label, "%zu/%zu %s ", ++report->done, report->scenes, name);
+    int status = load_scene(row, report->options->full, &scene);
+    struct cli_simulation simulation = {.scene = scene,
+                                        .workers = report->options->workers,
+                                        .quiet = report->options->quiet,
+                                        .label = label};
+    if (status == CLI_OK)
+        status = cli_simulate(&simulation);
+    if (status == CLI_OK)
+        status = add_tables(report, scene, &simulation, row);
+    bcd_tally_free(simulation.tally);
+    bcd_scene_free(scene);
+    return status;
+}
+
+static int report_all(struct report *report)
+{
+    const struct report_figure *figure;
+    int status = CLI_OK;
+    print_heading();
+    for (size_t f = 0; status == CLI_OK && (figure = report_figure(f)) != NULL; f++) {
+        report->sheet.figure = figure;
+        for (size_t i = 0; status == CLI_OK && report_scene(i); i++)
+            if (report_scene(i)->figure == figure->number &&
+                wanted(report_scene(i), report->options))
+                status = report_one(report, report_scene(i));
+        if (status == CLI_OK && report->sheet.count > 0)
+            status = draw_sheet(report, &report->sheet);
+        clear_sheet(&report->sheet);
+    }
+    if (status == CLI_OK)
+        status = write_take(report->options, "2022-figures.csv", text_take(&report->summary));
+    if (status == CLI_OK)
+        printf("pictures and tables: %s\n", report->options->out);
+    return status;
+}

@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * cli_report_scenes.c - see cli_report_scenes.h. */
+#include "cli_report_scenes.h"
+#include "text.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SYSTEM_LENGTH = 100, AMPLITUDE = 6, BINS = 50 };
+#define STICKY_RANGE 0.05
+#define STICKY_EXPONENT 2.95
+
+static const struct report_figure figures[] = {
+    {.number = 3, .title = "Density of hard rods", .columns = 3, .observable = {"density"}},
+    {.number = 4,
+     .title = "Contact density of hard rods",
+     .columns = 3,
+     .observable = {"contact_density"},
+     .gap = 0.02},
+    {.number = 6,
+     .title = "Density and contact density of sticky rods",
+     .columns = 3,
+     .observable = {"density", "contact_density"},
+     .gap = STICKY_RANGE},
+};
+
+/* Method bcd counts rods as shorter by 1.165 sqrt(D h): its contact densities need smaller steps h
+ * than its densities. With stickiness h must resolve the attraction as well, whose slope grows with
+ * gamma. */
+#define DENSITY                                                                                    \
+    .figure = 3, .effort = {                                                                       \
+                     {.time_step = 5e-5, .time = 20, .realizations = 16},                          \
+                     {.time_step = 1e-5, .time = 1000, .realizations = 10},                        \
+    }
+#define CONTACT                                                                                    \
+    .figure = 4, .effort = {                                                                       \
+                     {.time_step = 1e-5, .time = 2.5, .realizations = 32},                         \
+                     {.time_step = 1e-6, .time = 100, .realizations = 10},                         \
+    }
+#define STICKY                                                                                     \
+    .figure = 6, .effort = {                                                                       \
+                     {.time_step = 1e-5, .time = 2.5, .realizations = 32},                         \
+                     {.time_step = 1e-6, .time = 100, .realizations = 10},                         \
+    }
+#define VERY_STICKY                                                                                \
+    .figure = 6, .effort = {                                                                       \
+                     {.time_step = 2e-6, .time = 1.25, .realizations = 32},                        \
+                     {.time_step = 5e-7, .time = 50, .realizations = 10},                          \
+    }
+
+static const struct report_scene scenes[] = {
+    {.diameter = 0.2, .density = 0.2, DENSITY},
+    {.diameter = 0.2, .density = 0.5, DENSITY},
+    {.diameter = 0.2, .density = 0.8, DENSITY},
+    {.diameter = 0.5, .density = 0.2, DENSITY},
+    {.diameter = 0.5, .density = 0.5, DENSITY},
+    {.diameter = 0.5, .density = 0.8, DENSITY},
+    {.diameter = 0.8, .density = 0.2, DENSITY},
+    {.diameter = 0.8, .density = 0.5, DENSITY},
+    {.diameter = 0.8, .density = 0.8, DENSITY},
+    {.diameter = 0.2, .density = 0.2, CONTACT},
+    {.diameter = 0.2, .density = 0.5, CONTACT},
+    {.diameter = 0.2, .density = 0.8, CONTACT},
+    {.diameter = 0.5, .density = 0.2, CONTACT},
+    {.diameter = 0.5, .density = 0.5, CONTACT},
+    {.diameter = 0.5, .density = 0.8, CONTACT},
+    {.diameter = 0.8, .density = 0.2, CONTACT},
+    {.diameter = 0.8, .density = 0.5, CONTACT},
+    {.diameter = 0.8, .density = 0.8, CONTACT},
+    {.diameter = 0.5, .density = 0.5, .stickiness = 0.1, STICKY},
+    {.diameter = 0.5, .density = 0.5, .stickiness = 1, STICKY},
+    {.diameter = 0.5, .density = 0.5, .stickiness = 10, VERY_STICKY},
+    {.diameter = 0.8, .density = 0.8, .stickiness = 0.1, STICKY},
+    {.diameter = 0.8, .density = 0.8, .stickiness = 1, STICKY},
+    {.diameter = 0.8, .density = 0.8, .stickiness = 10, VERY_STICKY},
+};
+
+const struct report_scene *report_scene(size_t index)
+{
+    return index < sizeof scenes / sizeof *scenes ? &scenes[index] : NULL;
+}
+
+const struct report_figure *report_figure(size_t index)
+{
+    return index < sizeof figures / sizeof *figures ? &figures[index] : NULL;
+}
+
+void report_scene_name(const struct report_scene *scene, char name[REPORT_NAME_SIZE])
+{
+    struct text text = {0};
+    text_add(&text, "2022-fig%d", scene->figure);
+    if (scene->stickiness > 0) {
+        text_add(&text, "-gamma");
+        text_add_number(&text, scene->stickiness);
+    }
+    text_add(&text, "-sigma");
+    text_add_number(&text, scene->diameter);
+    text_add(&text, "-rho");
+    text_add_number(&text, scene->density);
+    char *words = text_take(&text);
+    snprintf(name, REPORT_NAME_SIZE, "%s", words ? words : "");
+    free(words);
+}
+
+static void add_member(struct text *text, const char *name, double value)
+{
+    text_add(text, ",\"%s\":", name);
+    text_add_number(text, value);
+}
+
+static void add_observables(struct text *text, const struct report_figure *figure)
+{
+    text_add(text, ",\"observables\":{");
+    for (size_t i = 0; i < REPORT_OBSERVABLES_MAX && figure->observable[i]; i++) {
+        text_add(text, "%s\"%s\":{\"bins\":%d", i ? "," : "", figure->observable[i], BINS);
+        if (strcmp(figure->observable[i], "contact_density") == 0)
+            add_member(text, "gap", figure->gap);
+        text_add(text, "}");
+    }
+    text_add(text, "}");
+}
+
+char *report_scene_json(const struct report_scene *scene, bool full)
+{
+    const struct report_figure *figure = figures;
+    const struct report_effort *effort = &scene->effort[full];
+    struct text text = {0};
+    while (figure->number != scene->figure)
+        figure++;
+    text_add(&text,
+             "{\"model\":\"hard_rods\",\"particles\":%ld,\"length\":%d,\"mobility\":1,"
+             "\"temperature\":1,\"boundary\":\"periodic\",\"method\":\"bcd\","
+             "\"initial\":\"equilibrium\",\"seed\":1,\"realizations\":%d,"
+             "\"potential\":{\"type\":\"cosine\",\"amplitude\":%d,\"wavelength\":1}",
+             lround(scene->density * SYSTEM_LENGTH), SYSTEM_LENGTH, effort->realizations,
+             AMPLITUDE);
+    if (scene->stickiness > 0) {
+        text_add(&text, ",\"interaction\":{\"type\":\"sticky\"");
+        add_member(&text, "strength", scene->stickiness);
+        add_member(&text, "range", STICKY_RANGE);
+        add_member(&text, "exponent", STICKY_EXPONENT);
+        text_add(&text, "}");
+    }
+    add_member(&text, "diameter", scene->diameter);
+    add_member(&text, "time_step", effort->time_step);
+    add_member(&text, "time", effort->time);
+    add_observables(&text, figure);
+    text_add(&text, "}");
+    return text_take(&text);
+}

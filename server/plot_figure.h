@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * plot_figure.h - several tables as the panels of one picture (SVG 1.1, self-contained): measured
+ * values as points with error bars, theory as a line, each panel with axes of its own; one legend
+ * for all.
+ */
+#ifndef PLOT_FIGURE_H
+#define PLOT_FIGURE_H
+
+#include "bcd.h"
+
+struct plot_panel {
+    const struct bcd_table *table; /* not a scalar; NULL = the place stays empty */
+    const char *title;             /* above the panel; NULL = none */
+    const char *remark;            /* beside the title, in small print; NULL = none */
+};
+
+struct plot_figure {
+    const char *title;
+    const char *subtitle; /* below everything, in small print; NULL = none */
+    size_t rows, columns; /* 1 or more each */
+    const struct plot_panel *panels; /* [rows][columns] */
+};
+
+/* Malloc'ed text; NULL = out of memory. */
+char *plot_figure_print(const struct plot_figure *figure);
+
+#endif
