@@ -123,10 +123,11 @@ static inline double exp_bounded(double x)
     return p * from_bits(to_bits(k + (4503599627370496.0 + 1023.0)) << 52);
 }
 
-/* x^a for normal x > 0, as long as |a ln x| <= 700. */
+/* x^a for normal x > 0, as long as a ln x <= 700; 0 below exp(-700). */
 static inline double power(double x, double a)
 {
-    return exp_bounded(a * log_normal(x));
+    double exponent = a * log_normal(x);
+    return exponent < -700 ? 0 : exp_bounded(exponent);
 }
 
 #endif

@@ -11,7 +11,9 @@ static inline int32_t bin_of(double turns, double bins)
     double u = turns - round_whole(turns);
     u = u < 0 ? u + 1 : u;
     double bin = u * bins;
-    return (int32_t)(bin < bins ? bin : 0); /* u + 1 may round to 1: the first bin again */
+    /* u + 1 may round to 1: the first bin again. So is whatever has no place: NaN, |turns| beyond
+     * 2^51. */
+    return (int32_t)(bin >= 0 && bin < bins ? bin : 0);
 }
 
 int64_t fold_bin(const struct fold *fold, double x)
