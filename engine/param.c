@@ -94,7 +94,8 @@ bool bcd_group_set_integer(struct bcd_group *group, const struct bcd_param *row,
     if (row->type != BCD_PARAM_INTEGER)
         return bcd_group_set_number(group, row, (double)value, errors);
     mark_given(group, row);
-    if (!in_range(row, (double)value)) {
+    /* As integers: 2^53 + 1 is 2^53 in doubles. */
+    if (value < (int64_t)row->min || value > (int64_t)row->max) {
         fault_range(group, row, errors, (double)value);
         return false;
     }

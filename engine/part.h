@@ -38,6 +38,7 @@ struct potential_type {
     void (*add_force)(const void *par, const struct rods *rods, double scale, double *out);
     double (*energy_sum)(const void *par, const struct rods *rods); /* sum of U(x[i]) */
     bool (*steady)(const void *par); /* does not depend on time: there is an equilibrium */
+    double (*velocity)(const void *par); /* of the whole pattern; NULL = at rest */
 };
 
 /* U(x) of a plan that has a potential, in the form theory/ wants it: ctx is the plan. */

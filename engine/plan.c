@@ -15,6 +15,9 @@
 
 static const double steps_max = 1e15; /* counts stay exact in doubles and far from overflow */
 static const double stability_max = 1; /* mu h max|U''|: beyond, profiles melt without a sign */
+static const double jump_max = 0.5; /* periods a step past the potential: beyond, it is missed */
+static const double reach_max = 500; /* lengths L that drag or noise may carry a rod in a step: y
+                                      * keeps its digits until it is moved back */
 static const double chunk_rod_steps = 2e6; /* short realizations share a chunk of about this work */
 static const double sampling_share = 0.2; /* of the run time goes into static observables */
 enum { PER_CHUNK_MAX = 64, BLOCKS = 32, SAMPLES_PER_BLOCK = 4, EQUILIBRIUM_PARTICLES_MAX = 20000 };
@@ -66,7 +69,10 @@ static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
         return;
     double period = plan->potential->period(plan->potential_par);
     double periods = rint(plan->length / period);
-    if (periods < 1 || periods > 1e12 || fabs(plan->length / period - periods) > 1e-9 * periods) {
+    /* Forces have the potential's own period, profiles L / periods: 64 L away, where rods are moved
+     * back, both must still agree. */
+    double off = fabs(plan->length / period - periods);
+    if (periods < 1 || periods > 1e9 || off > fmin(1e-9 * periods, 1e-6)) {
         double below = floor(plan->length / period) * period;
         bcd_errors_add(errors, "/length",
                        "must be a whole number of periods of the potential (%.12g): for "
@@ -97,17 +103,38 @@ static void plan_pair(struct bcd_scene *scene, struct bcd_errors *errors)
 
 /* --------------------------------------------------------------- time step */
 
+/* How fast rods are dragged past the potential. */
+static double speed_past_field(const struct plan *plan)
+{
+    const struct potential_type *type = plan->potential;
+    if (!plan->field)
+        return 0;
+    double velocity = type->velocity ? type->velocity(plan->potential_par) : 0;
+    return fabs(plan->mobility * plan->force - velocity);
+}
+
+/* The longest step within reach of drag and noise (normals end before 7 standard deviations). */
+static double step_in_reach(const struct plan *plan)
+{
+    double reach = reach_max * plan->length, deviation = reach / 7;
+    double by_drag = reach / (plan->mobility * fabs(plan->force));
+    double by_noise = deviation * deviation / (2 * plan->diffusion);
+    return fmin(by_drag, by_noise);
+}
+
 /* The largest step that method, drag and observables allow, and why. */
 static double step_allowed(const struct bcd_scene *scene, const char **why)
 {
     const struct plan *plan = &scene->plan;
     double step = plan->method->time_step(plan, why);
-    if (plan->force != 0) {
-        double by_drag = 0.1 * plan->period / (plan->mobility * fabs(plan->force));
-        if (plan->field && by_drag < step) {
-            step = by_drag;
-            *why = "drag force: a tenth of a period a step";
-        }
+    double by_drag = 0.1 * plan->period / speed_past_field(plan);
+    if (by_drag < step) {
+        step = by_drag;
+        *why = "drag past the potential: a tenth of a period a step";
+    }
+    if (step_in_reach(plan) < step) {
+        step = step_in_reach(plan);
+        *why = "drag and noise over the whole ring";
     }
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
@@ -123,16 +150,19 @@ static double step_allowed(const struct bcd_scene *scene, const char **why)
 }
 
 /* A step no longer than allowed that divides the time which has to come out even. */
-static double step_that_divides(const struct bcd_scene *scene, double allowed)
+static double step_that_divides(const struct bcd_scene *scene, double allowed, const char **why)
 {
     const struct job_par *job = &scene->job;
     double whole = isnan(job->sample_every) ? job->time : job->sample_every;
-    if (isinf(allowed) || allowed > whole) /* nothing limits it: still show the run's course */
+    if (allowed > whole) { /* nothing limits it: still show the run's course */
         allowed = isnan(job->sample_every) ? whole / 1024 : whole;
+        *why = isnan(job->sample_every) ? "a 1024th of the time" : "sample_every";
+    }
     return whole / ceil(whole / allowed * (1 - 1e-12));
 }
 
-/* Too long a step never fails: it melts the profile or silences the stickiness. Refused here. */
+/* Too long a step never fails: it melts the profile, jumps over wells or silences the stickiness.
+ * Refused here. */
 static void check_stability(const struct bcd_scene *scene, struct bcd_errors *errors)
 {
     const struct plan *plan = &scene->plan;
@@ -146,6 +176,17 @@ static void check_stability(const struct bcd_scene *scene, struct bcd_errors *er
                        "%.6g melts the profile: mobility * time_step * max|U''| = %.3g must not "
                        "exceed %g; the largest step that works is %.6g",
                        h, h * field, stability_max, stability_max / field);
+    double speed = speed_past_field(plan), longest = step_in_reach(plan);
+    if (h * speed > jump_max * plan->period)
+        bcd_errors_add(errors, "/time_step",
+                       "%.6g drags rods %.3g periods of the potential a step, which must not "
+                       "exceed %g; the largest step that works is %.6g",
+                       h, h * speed / plan->period, jump_max, jump_max * plan->period / speed);
+    if (h > longest)
+        bcd_errors_add(errors, "/time_step",
+                       "%.6g carries rods further than %g lengths of the system a step; the "
+                       "largest step that works is %.6g",
+                       h, reach_max, longest);
     if (h * pair > stability_max)
         bcd_errors_add(errors, "/time_step",
                        "%.6g silences the interaction: 2 * mobility * time_step * max|f'| = %.3g "
@@ -159,7 +200,8 @@ static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
     struct plan *plan = &scene->plan;
     plan->method = method_types[job->method > 0 ? job->method - 1 : 0];
     if (isnan(job->time_step)) {
-        plan->time_step = step_that_divides(scene, step_allowed(scene, &scene->time_step_why));
+        double allowed = step_allowed(scene, &scene->time_step_why);
+        plan->time_step = step_that_divides(scene, allowed, &scene->time_step_why);
     } else {
         plan->time_step = job->time_step;
         scene->time_step_why = "given";
@@ -167,7 +209,11 @@ static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
     double h = plan->time_step;
     double steps = ceil(job->time / h * (1 - 1e-12));
     double before = ceil(job->equilibration_time / h * (1 - 1e-12));
-    if (!(h > 0) || !(steps + before <= steps_max)) {
+    if (!(h > 0)) {
+        bcd_errors_add(errors, "/time", "no time step is short enough: %s", scene->time_step_why);
+        return;
+    }
+    if (!(steps + before <= steps_max)) {
         bcd_errors_add(errors, "/time",
                        "%.3g steps of %.3g are too many: time / time_step must not exceed %.0e",
                        steps + before, h, steps_max);

@@ -87,7 +87,8 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
     }
 }
 
-/* max |dF/dg| / kT by a scan: the attraction has no closed extremum for general p. */
+/* max |dF/dg| / kT by a scan: the attraction has no closed extremum for general p. Infinite where
+ * strength and range leave the numbers: no step is short enough then. */
 static double sticky_stiffness(const void *par)
 {
     enum { POINTS = 4096 };
@@ -95,6 +96,8 @@ static double sticky_stiffness(const void *par)
     double most = 0, before = attraction(p, 0);
     for (int i = 1; i <= POINTS; i++) {
         double now = attraction(p, p->range * i / POINTS);
+        if (!isfinite(now - before))
+            return INFINITY;
         most = fmax(most, fabs(now - before) * POINTS / p->range);
         before = now;
     }

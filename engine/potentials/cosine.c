@@ -80,6 +80,11 @@ static bool cosine_steady(const void *par)
     return p->velocity == 0 || p->amplitude == 0;
 }
 
+static double cosine_velocity(const void *par)
+{
+    return ((const struct cosine_par *)par)->velocity;
+}
+
 static struct wave wave_at(const struct cosine_par *par, double time)
 {
     double turns = par->phase / (2 * M_PI) - par->velocity * time / par->wavelength;
@@ -113,4 +118,5 @@ const struct potential_type potential_cosine = {
     .add_force = cosine_add_force,
     .energy_sum = cosine_energy_sum,
     .steady = cosine_steady,
+    .velocity = cosine_velocity,
 };

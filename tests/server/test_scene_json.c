@@ -85,7 +85,7 @@ static void test_round_trip(void **state)
         "{\"particles\":10," REST "}",
         "{\"particles\":1e1,\"seed\":9007199254740992," REST "}",
         "{\"particles\":50,\"length\":100,\"diameter\":0.1,\"temperature\":0.30000000000000004,"
-        "\"force\":-1.7976931348623157e8,\"time\":5,\"time_step\":1e-3,\"method\":\"bcd\","
+        "\"force\":-1.7976931348623157e2,\"time\":5,\"time_step\":1e-3,\"method\":\"bcd\","
         "\"potential\":{\"type\":\"cosine\",\"amplitude\":6,\"wavelength\":0.1e1},"
         "\"observables\":{\"msd\":{\"first\":0.001,\"last\":1,\"points\":20},\"current\":{},"
         "\"density\":{\"bins\":50},\"cluster_sizes\":{}}}",
