@@ -3,8 +3,9 @@
  * msd - mean squared displacement of tagged rods, <(x(t + lag) - x(t))^2>, unwrapped, at lags
  * spread evenly in the logarithm, averaged over all rods and many time origins t.
  *
- * Lag k has its origins at multiples of stride[k], a power of two a quarter to an eighth of the
- * lag: denser ones are so correlated that they add nothing. Origins of one stride share a ring of
+ * Lag k has its origins at multiples of stride[k], a power of two from a quarter to an eighth of
+ * the lag (short lags: the shortest stride): denser ones are so correlated that they add nothing.
+ * Origins of one stride share a ring of
  * stored configurations, so memory grows with the logarithm of the longest lag, not with the run.
  *
  * A single realization is cut into blocks for its error bar. A lag's samples are gathered over as
@@ -12,6 +13,7 @@
  */
 #include "part.h"
 #include "table.h"
+#include "kernels/elementary.h"
 #include "kernels/sums.h"
 #include "theory/closed_forms.h"
 
@@ -43,7 +45,7 @@ static const struct bcd_param msd_params[] = {
      .min = 0,
      .max = 1e18,
      .fallback = NAN,
-     .doc = "longest lag; auto = a tenth of the measured time",
+     .doc = "longest lag; auto = a tenth of the measured time, at least first",
      .offset = offsetof(struct msd_par, last)},
     {.name = "points",
      .type = BCD_PARAM_INTEGER,
@@ -91,12 +93,12 @@ static void spread_lags(const struct msd_par *par, const struct plan *plan, stru
 {
     int64_t first = isnan(par->first) ? 1 : ticks_of(par->first, plan);
     int64_t last = isnan(par->last) ? (plan->steps + 9) / 10 : ticks_of(par->last, plan);
-    first = first < last ? first : last;
+    last = first < last ? last : first;
     double ratio = (double)last / (double)first;
     lags->count = 0;
     for (int64_t k = 0; k < par->points; k++) {
         double share = par->points > 1 ? (double)k / (double)(par->points - 1) : 0;
-        int64_t lag = (int64_t)rint((double)first * pow(ratio, share));
+        int64_t lag = (int64_t)rint((double)first * power(ratio, share));
         lag = k + 1 == par->points && par->points > 1 ? last : lag;
         if (lags->count == 0 || lag > lags->lag[lags->count - 1])
             lags->lag[lags->count++] = lag;
@@ -159,6 +161,8 @@ static void msd_check(const struct bcd_group *group, const struct plan *plan,
     double h = plan->time_step, time = (double)plan->steps * h;
     if (par->first < h * (1 - 1e-9))
         group_fault(group, "first", errors, "must not be below the time step %.12g", h);
+    if (par->first > time * (1 + 1e-9))
+        group_fault(group, "first", errors, "must not exceed the measured time %.12g", time);
     if (par->last > time * (1 + 1e-9))
         group_fault(group, "last", errors, "must not exceed the measured time %.12g", time);
     if (par->first > par->last)
