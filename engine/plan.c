@@ -20,7 +20,8 @@ static const double reach_max = 500; /* lengths L that drag or noise may carry a
                                       * keeps its digits until it is moved back */
 static const double chunk_rod_steps = 2e6; /* short realizations share a chunk of about this work */
 static const double sampling_share = 0.2; /* of the run time goes into static observables */
-enum { PER_CHUNK_MAX = 64, BLOCKS = 32, SAMPLES_PER_BLOCK = 4, EQUILIBRIUM_PARTICLES_MAX = 20000 };
+/* BLOCKS of one realization: few and long, for neighbours in time are to be independent. */
+enum { PER_CHUNK_MAX = 64, BLOCKS = 8, SAMPLES_PER_BLOCK = 4, EQUILIBRIUM_PARTICLES_MAX = 20000 };
 
 /* ------------------------------------------------------- geometry and field */
 
