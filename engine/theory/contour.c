@@ -193,7 +193,7 @@ static enum bcd_status prepare(struct contour *c, size_t n, struct bcd_error *er
     matrix_init(&c->step, &c->scratch, n);
     matrix_init(&c->power, &c->scratch, n);
     matrix_init(&c->other, &c->scratch, n);
-    status = functionals_init(&c->functionals, model, &c->scratch, transfer_wave_number(model, n));
+    status = functionals_init(&c->functionals, model, &c->transfer.grid, &c->scratch);
     return status ? theory_fail(error, status, "out of memory") : BCD_OK;
 }
 

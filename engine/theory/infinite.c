@@ -23,7 +23,7 @@ static enum bcd_status compute(struct theory_result **result, const struct model
     }
     /* K^(N-1) has become the projection on the leading eigenvectors. */
     matrix_init(&rest, &scratch, n);
-    status = functionals_init(&functionals, model, &scratch, transfer_wave_number(model, n));
+    status = functionals_init(&functionals, model, &transfer.grid, &scratch);
     if (status || profile_init(&profile, model, &scratch, n) ||
         result_create(&fresh, &model->wanted)) {
         status = theory_fail(error, BCD_NO_MEMORY, "out of memory");

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * profile.c - averages of one gap from chains of transfer operators (transfer.h). */
 #include <math.h>
+#include <string.h>
 
 #include "transfer.h"
 
@@ -44,15 +45,48 @@ static enum bcd_status window_measure(struct measure *measure, const struct mode
     return BCD_OK;
 }
 
+static enum bcd_status shifts_init(struct shifts *shifts, const struct measure *points,
+                                   const struct model *model, const struct grid *grid,
+                                   struct scratch *scratch)
+{
+    size_t n = grid->n;
+    double sigma = model->system.diameter;
+    double complex *mode = scratch_complex(scratch, n), *column = scratch_complex(scratch, n);
+    shifts->column = scratch_doubles(scratch, points->count * 2 * n);
+    shifts->weight_there = scratch_doubles(scratch, points->count * n);
+    if (scratch->failed) {
+        return BCD_NO_MEMORY;
+    }
+    double one = 1;
+    for (size_t point = 0; point < points->count; point++) {
+        double gap = points->gap[point];
+        const struct measure single = {.count = 1, .gap = &gap, .weight = &one};
+        struct kernel_args args = {.grid = grid, .measure = &single, .diameter = sigma};
+        kernel_modes(&args, mode);
+        kernel_column(grid, mode, column);
+        for (size_t i = 0; i < n; i++) {
+            shifts->column[point * 2 * n + i] = shifts->column[point * 2 * n + n + i] =
+                creal(column[i]);
+            shifts->weight_there[point * n + i] =
+                model_weight(model, grid->x[i] + sigma + gap);
+        }
+    }
+    return BCD_OK;
+}
+
 enum bcd_status functionals_init(struct functionals *f, const struct model *model,
-                                 struct scratch *scratch, double wave_number)
+                                 const struct grid *grid, struct scratch *scratch)
 {
     const struct theory_wanted *wanted = &model->wanted;
+    double wave_number = transfer_wave_number(model, grid->n);
     *f = (struct functionals){0};
     enum bcd_status status = point_measure(&f->contact, scratch, 1 + model_bump(model, 0));
     if (!status && wanted->contact_gap > 0) {
         status = window_measure(&f->window, model, scratch, wave_number);
     }
+    status = status ? status
+                    : shifts_init(&f->contact_shifts, &f->contact, model, grid, scratch);
+    status = status ? status : shifts_init(&f->window_shifts, &f->window, model, grid, scratch);
     if (!status && model->system.pair.kind == THEORY_BAXTER) {
         status = point_measure(&f->bond, scratch, model->bond);
     } else if (!status && model->system.pair.kind == THEORY_STICKY) {
@@ -97,23 +131,27 @@ static void add_diagonal(double *out, const struct contribution *c)
 
 /* The same for a measure of points, with w at the exact places rather than as a trigonometric
  * polynomial: contact densities may be smaller than densities by many orders of magnitude. */
-static void add_points(double *out, const struct contribution *c, const struct measure *measure)
+static void add_points(double *out, const struct contribution *c, const struct measure *measure,
+                       const struct shifts *shifts)
 {
-    struct transfer *t = c->transfer;
-    const struct grid *grid = &t->grid;
-    size_t n = grid->n;
+    size_t n = c->transfer->grid.n;
+    double *re = c->transfer->sum, *im = re + n;
     for (size_t point = 0; point < measure->count; point++) {
-        double gap = measure->gap[point], value = measure->weight[point];
-        const struct measure single = {.count = 1, .gap = &gap, .weight = &value};
-        transfer_column(t, &single, c->s);
-        for (size_t i = 0; i < n; i++) {
-            double complex sum = 0;
-            for (size_t j = 0; j < n; j++) {
-                double complex r = c->rest->re[j * n + i] + I * c->rest->im[j * n + i];
-                sum += t->complex_column[(i + n - j) % n] * r;
+        const double *column = shifts->column + point * 2 * n + n;
+        memset(re, 0, 2 * n * sizeof *re);
+        for (size_t j = 0; j < n; j++) {
+            const double *restrict from_re = c->rest->re + j * n;
+            const double *restrict from_im = c->rest->im + j * n;
+            for (size_t i = 0; i < n; i++) {
+                re[i] += column[(ptrdiff_t)i - (ptrdiff_t)j] * from_re[i];
+                im[i] += column[(ptrdiff_t)i - (ptrdiff_t)j] * from_im[i];
             }
-            double w = model_weight(t->model, grid->x[i] + t->model->system.diameter + gap);
-            out[i] += w * creal(c->factor / t->lambda * sum);
+        }
+        double complex factor = c->factor * cexp(-c->s * measure->gap[point]) *
+                                (measure->weight[point] / c->transfer->lambda);
+        const double *w = shifts->weight_there + point * n;
+        for (size_t i = 0; i < n; i++) {
+            out[i] += w[i] * (creal(factor) * re[i] - cimag(factor) * im[i]);
         }
     }
 }
@@ -149,9 +187,10 @@ void profile_add(struct profile *profile, const struct contribution *c, struct s
     struct transfer *t = c->transfer;
     transfer_column(t, &t->all, c->s);
     add_diagonal(profile->density, c);
-    add_points(profile->contact, c, &c->functionals->contact);
+    add_points(profile->contact, c, &c->functionals->contact,
+               &c->functionals->contact_shifts);
     if (profile->window) {
-        add_points(profile->window, c, &c->functionals->window);
+        add_points(profile->window, c, &c->functionals->window, &c->functionals->window_shifts);
     }
     enum theory_pair_kind kind = t->model->system.pair.kind;
     if (kind == THEORY_BAXTER || kind == THEORY_STICKY) {

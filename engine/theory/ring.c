@@ -112,7 +112,7 @@ static enum bcd_status prepare(struct ring *ring, size_t n, struct bcd_error *er
     ring->rest = scratch_doubles(scratch, n);
     ring->shifted = scratch_doubles(scratch, n);
     const double scale[2] = {fmax(2 * model->mean_gap + bump, model->mean_gap / 4), ell};
-    if (scratch->failed || functionals_init(&ring->functionals, model, scratch, 0) ||
+    if (scratch->failed || functionals_init(&ring->functionals, model, &ring->grid, scratch) ||
         profile_init(&ring->profile, model, scratch, n) ||
         chain_init(&ring->chain, model, &ring->grid, scratch, scale)) {
         return theory_fail(error, BCD_NO_MEMORY, "out of memory");

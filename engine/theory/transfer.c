@@ -222,6 +222,7 @@ enum bcd_status transfer_init(struct transfer *t, const struct model *model,
     t->left = scratch_doubles(scratch, n);
     t->matrix = scratch_doubles(scratch, n * n);
     t->work = scratch_doubles(scratch, n);
+    t->sum = scratch_doubles(scratch, 2 * n);
     t->pivot = scratch_bytes(scratch, n * sizeof *t->pivot);
     t->mode = scratch_complex(scratch, n);
     t->complex_column = scratch_complex(scratch, n);

@@ -27,7 +27,7 @@ struct transfer {
     double p, lambda;     /* reduced pressure; leading eigenvalue */
     double gap_variance;  /* -d(mean gap)/dp: variance of a gap, correlations included */
     double *right, *left; /* [n], positive, sum of right * left = 1 */
-    double *matrix, *work; /* [n][n], [n] */
+    double *matrix, *work, *sum; /* [n][n], [n], [2n] */
     size_t *pivot;
     double complex *mode, *complex_column; /* [n] */
 };
@@ -48,13 +48,19 @@ struct profile {
     double *gap;                               /* [gap_bins]; */
 };
 
-/* Measures of one gap. */
+/* Measures of one gap. contact and window consist of points alone; for these the shifts of the grid by
+ * sigma + g, which do not depend on s, are kept: column[point][0 .. 2n-1] so that column[n + i - j]
+ * takes x_j to x_i + sigma + g, and w there, weight_there[point][i]. */
+struct shifts {
+    double *column, *weight_there; /* [count][2n], [count][n] */
+};
 struct functionals {
     struct measure contact, window, bond;
+    struct shifts contact_shifts, window_shifts;
     struct measure *gap; /* [gap_bins] */
 };
 enum bcd_status functionals_init(struct functionals *functionals, const struct model *model,
-                                 struct scratch *scratch, double wave_number);
+                                 const struct grid *grid, struct scratch *scratch);
 enum bcd_status profile_init(struct profile *profile, const struct model *model,
                              struct scratch *scratch, size_t n);
 
