@@ -33,10 +33,12 @@ struct potential_type {
     double (*period)(const void *par);     /* > 0 */
     bool (*flat)(const void *par);         /* exerts no force: the scene leaves it out */
     double (*curvature_max)(const void *par); /* max |U''| */
-    double (*force_max)(const void *par);     /* max |U'| */
     /* out[i] += scale * F(x[i]), F = -U' */
     void (*add_force)(const void *par, const struct rods *rods, double scale, double *out);
     double (*energy_sum)(const void *par, const struct rods *rods); /* sum of U(x[i]) */
+    /* y[i] follow dx/dt = mu F(x) exactly for a duration, F as it is at `time`; NULL = not known.
+     * */
+    void (*flow)(const void *par, const struct plan *plan, double time, double duration, double *y);
     bool (*steady)(const void *par); /* does not depend on time: there is an equilibrium */
     double (*velocity)(const void *par); /* of the whole pattern; NULL = at rest */
 };
@@ -77,14 +79,24 @@ struct pair_type {
 
 /* ---------------------------------------------------------------- methods */
 
+/* Points within a step at which static observables may look. */
+enum view { VIEW_MID_NOISE, VIEW_MID_DRIFT, VIEWS };
+
+struct step_limit;
+
 struct method_type {
     struct bcd_part part;
+    bool keeps_contacts; /* noise ends in exact contacts: too many of them, as sqrt(h) */
     double step_ns;    /* rough cost of one rod and step, for estimates and sampling intervals */
-    double bytes_per_rod; /* scratch */
-    /* The largest step that keeps the tolerance (L1 error of the density), and why. */
-    double (*time_step)(const struct plan *plan, const char **why);
+    /* Why it cannot run this plan; NULL = it can. A NULL slot: it can run all. */
+    const char *(*cannot)(const struct plan *plan);
+    /* The largest step that keeps the tolerance (L1 error of the density). */
+    struct step_limit (*time_step)(const struct plan *plan);
     void (*layout)(struct sim *sim, struct arena *scratch);
     void (*advance)(struct sim *sim, int64_t ticks);
+    /* Positions within the next step, [N], valid until the next call; the run is left as it is.
+     * NULL = static observables look at the rods themselves. */
+    const double *(*view)(struct sim *sim, enum view view);
 };
 
 /* ------------------------------------------------------------ observables */
@@ -97,6 +109,7 @@ struct observer {
     const struct plan *plan;
     void *memory;
     size_t first, count; /* its values within a tally */
+    enum view view;      /* where in a step it looks */
 };
 
 /* Statistics of one observable's values over independent samples (realizations or blocks). Arrays
@@ -135,6 +148,7 @@ struct observable_type {
     /* The longest time step that still resolves what is asked; INFINITY = no demand. */
     double (*time_step_max)(const void *par, const struct plan *plan);
     const char *value; /* name of the column of measured values */
+    bool one_view;     /* the difference between two views does not bound its time-step error */
     /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own
      * times. */
     double (*sample_ns)(const void *par, const struct plan *plan);
@@ -156,5 +170,12 @@ struct observable_type {
     /* Exact values of its rows; NULL = none are known, no column. */
     void (*exact)(const void *par, const struct plan *plan, struct exact *exact);
 };
+
+/* Views that a run takes of an observable: two where their difference tells the error of the time
+ * step, in the tally one after the other. Observables without sample_ns look at the run itself. */
+static inline size_t observable_views(const struct observable_type *type, const struct plan *plan)
+{
+    return plan->method->view && type->sample_ns && !type->one_view ? VIEWS : 1;
+}
 
 #endif

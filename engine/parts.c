@@ -2,6 +2,8 @@
  * parts.c - see parts.h. A new part: copy the nearest file, fill its table, add one line here. */
 #include "parts.h"
 
+extern const struct method_type method_strang;
+extern const struct method_type method_elastic;
 extern const struct method_type method_bcd;
 
 extern const struct potential_type potential_cosine;
@@ -16,7 +18,8 @@ extern const struct observable_type observable_energy;
 extern const struct observable_type observable_current;
 extern const struct observable_type observable_cluster_sizes;
 
-const struct method_type *const method_types[] = {&method_bcd, NULL};
+const struct method_type *const method_types[] = {&method_strang, &method_elastic, &method_bcd,
+                                                 NULL};
 
 const struct potential_type *const potential_types[] = {&potential_cosine, NULL};
 

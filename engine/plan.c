@@ -6,6 +6,7 @@
 #include "scene.h"
 #include "equilibrium.h"
 #include "status.h"
+#include "step_limit.h"
 #include "theory/sampler.h"
 
 #include <math.h>
@@ -102,6 +103,25 @@ static void plan_pair(struct bcd_scene *scene, struct bcd_errors *errors)
     }
 }
 
+/* ------------------------------------------------------------------ method */
+
+/* Auto: the first registered method that can run the plan. */
+static void plan_method(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct plan *plan = &scene->plan;
+    if (scene->job.method == 0) {
+        size_t i = 0;
+        while (method_types[i]->cannot && method_types[i]->cannot(plan))
+            i++; /* strang, the first, can run all */
+        plan->method = method_types[i];
+        return;
+    }
+    plan->method = method_types[scene->job.method - 1];
+    const char *reason = plan->method->cannot ? plan->method->cannot(plan) : NULL;
+    if (reason)
+        bcd_errors_add(errors, "/method", "\"%s\" %s", plan->method->part.name, reason);
+}
+
 /* --------------------------------------------------------------- time step */
 
 /* How fast rods are dragged past the potential. */
@@ -123,31 +143,22 @@ static double step_in_reach(const struct plan *plan)
     return fmin(by_drag, by_noise);
 }
 
-/* The largest step that method, drag and observables allow, and why. */
-static double step_allowed(const struct bcd_scene *scene, const char **why)
+/* The largest step that method, drag and observables allow. */
+static struct step_limit step_allowed(const struct bcd_scene *scene)
 {
     const struct plan *plan = &scene->plan;
-    double step = plan->method->time_step(plan, why);
-    double by_drag = 0.1 * plan->period / speed_past_field(plan);
-    if (by_drag < step) {
-        step = by_drag;
-        *why = "drag past the potential: a tenth of a period a step";
-    }
-    if (step_in_reach(plan) < step) {
-        step = step_in_reach(plan);
-        *why = "drag and noise over the whole ring";
-    }
+    struct step_limit limit = plan->method->time_step(plan);
+    step_limit(&limit, 0.1 * plan->period / speed_past_field(plan),
+               "drag past the potential: a tenth of a period a step");
+    step_limit(&limit, step_in_reach(plan), "drag and noise over the whole ring");
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
         const struct observable_type *type = scene_observable_type(part);
-        double most = type->time_step_max ? type->time_step_max(part->group.values, plan)
-                                          : INFINITY;
-        if (most < step) {
-            step = most;
-            *why = type->base.part.name;
-        }
+        if (type->time_step_max)
+            step_limit(&limit, type->time_step_max(part->group.values, plan),
+                       type->base.part.name);
     }
-    return step;
+    return limit;
 }
 
 /* A step no longer than allowed that divides the time which has to come out even. */
@@ -167,11 +178,7 @@ static double step_that_divides(const struct bcd_scene *scene, double allowed, c
 static void check_stability(const struct bcd_scene *scene, struct bcd_errors *errors)
 {
     const struct plan *plan = &scene->plan;
-    double h = plan->time_step;
-    double field = plan->field ? plan->mobility *
-                                     plan->potential->curvature_max(plan->potential_par)
-                               : 0;
-    double pair = plan->pair ? 2 * plan->diffusion * plan->pair->stiffness(plan->pair_par) : 0;
+    double h = plan->time_step, field = curvature_rate(plan), pair = stiffness_rate(plan);
     if (h * field > stability_max)
         bcd_errors_add(errors, "/time_step",
                        "%.6g melts the profile: mobility * time_step * max|U''| = %.3g must not "
@@ -199,10 +206,10 @@ static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
 {
     const struct job_par *job = &scene->job;
     struct plan *plan = &scene->plan;
-    plan->method = method_types[job->method > 0 ? job->method - 1 : 0];
     if (isnan(job->time_step)) {
-        double allowed = step_allowed(scene, &scene->time_step_why);
-        plan->time_step = step_that_divides(scene, allowed, &scene->time_step_why);
+        struct step_limit limit = step_allowed(scene);
+        plan->time_step = step_that_divides(scene, limit.step, &limit.why);
+        scene->time_step_why = limit.why;
     } else {
         plan->time_step = job->time_step;
         scene->time_step_why = "given";
@@ -307,6 +314,7 @@ void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
     plan_geometry(scene, errors);
     plan_field(scene, errors);
     plan_pair(scene, errors);
+    plan_method(scene, errors);
     if (errors->count > 0)
         return;
     plan_time_step(scene, errors);
@@ -362,11 +370,9 @@ void plan_list_facts(struct bcd_scene *scene)
     fact_number(scene, "time_step", "time", h);
     fact_text(scene, "time_step_limited_by", scene->time_step_why);
     if (plan->field)
-        fact_number(scene, "curvature_time_step", "",
-                    h * plan->mobility * plan->potential->curvature_max(plan->potential_par));
+        fact_number(scene, "curvature_time_step", "", h * curvature_rate(plan));
     if (plan->pair)
-        fact_number(scene, "stiffness_time_step", "",
-                    2 * h * plan->diffusion * plan->pair->stiffness(plan->pair_par));
+        fact_number(scene, "stiffness_time_step", "", h * stiffness_rate(plan));
     if (plan->diffusion > 0 && plan->particles > 1 && plan->free_length > 0)
         fact_number(scene, "noise_per_gap", "",
                     sqrt(2 * plan->diffusion * h) * (double)plan->particles / plan->free_length);

@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { OBSERVERS_MAX = SCENE_PARTS_MAX, RECENTRE_STEPS = 1 << 16 };
+enum { OBSERVERS_MAX = VIEWS * SCENE_PARTS_MAX, RECENTRE_STEPS = 1 << 16 };
 
 /* Kept in checkpoints. */
 struct progress {
@@ -53,11 +53,14 @@ static void lay_out(struct bcd_run *run)
     for (size_t i = 0; (part = scene_observable(run->scene, i)) != NULL; i++) {
         const struct observable_type *type = scene_observable_type(part);
         const void *par = part->group.values;
-        struct observer *o = &run->observers[run->observer_count++];
-        *o = (struct observer){.type = type, .par = par, .plan = plan, .first = values};
-        o->count = type->count(par, plan);
-        o->memory = arena_take(&run->kept, type->memory(par, plan));
-        values += o->count;
+        for (size_t view = 0; view < observable_views(type, plan); view++) {
+            struct observer *o = &run->observers[run->observer_count++];
+            *o = (struct observer){.type = type, .par = par, .plan = plan, .first = values};
+            o->view = (enum view)view;
+            o->count = type->count(par, plan);
+            o->memory = arena_take(&run->kept, type->memory(par, plan));
+            values += o->count;
+        }
     }
     tally_layout(&run->tally, run->scene, values, &run->kept);
     run->values = arena_take(&run->scratch, values * sizeof *run->values);
@@ -184,6 +187,22 @@ static int64_t next_stop(const struct bcd_run *run)
                                                        : plan->equilibration_steps + measured;
 }
 
+/* All observers of one view that are due look. */
+static void look(struct bcd_run *run, enum view view, int64_t measured)
+{
+    const struct method_type *method = run->plan->method;
+    run->sim.seen = method->view ? NULL : run->sim.y;
+    for (size_t i = 0; i < run->observer_count; i++) {
+        struct observer *o = &run->observers[i];
+        if (o->view != view || run->due[i] != measured)
+            continue;
+        if (!run->sim.seen && o->type->sample_ns)
+            run->sim.seen = method->view(&run->sim, view);
+        o->type->sample(o, &run->sim);
+        run->due[i] = next_look(run, o, measured);
+    }
+}
+
 /* Does what is due at the current tick: looks, ends of blocks and realizations. */
 static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
 {
@@ -195,13 +214,8 @@ static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
         begin_measurement(run);
         return BCD_OK;
     }
-    for (size_t i = 0; i < run->observer_count; i++) {
-        struct observer *o = &run->observers[i];
-        if (run->due[i] != measured)
-            continue;
-        o->type->sample(o, &run->sim);
-        run->due[i] = next_look(run, o, measured);
-    }
+    for (int view = 0; view < VIEWS; view++)
+        look(run, (enum view)view, measured);
     if (measured == plan_block_end(plan, run->progress->block))
         end_block(run);
     if (measured == plan->steps) {

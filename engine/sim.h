@@ -21,13 +21,14 @@ struct sim_clock {
 struct sim {
     const struct plan *plan;
     double *y;               /* [N], kept in checkpoints */
+    const double *seen;      /* [N], what static observables look at: y, or a method's view */
     struct sim_clock *clock; /* kept in checkpoints */
     void *work;              /* the method's scratch */
     struct noise_key noise;
 };
 
 /* Streams of the counter-based generator. */
-enum { STREAM_STEPS = 0, STREAM_INITIAL = 1 };
+enum { STREAM_STEPS = 0, STREAM_INITIAL = 1, STREAM_VIEW = 2 };
 
 static inline double sim_time(const struct sim *sim)
 {

@@ -123,6 +123,30 @@ static inline double exp_bounded(double x)
     return p * from_bits(to_bits(k + (4503599627370496.0 + 1023.0)) << 52);
 }
 
+/* atan(x) for finite x: reduced to |t| <= tan(pi/8), minimax in t^2 (relative error 2e-16). */
+static inline double arc_tangent(double x)
+{
+    const double eighth = 0.41421356237309503, three_eighths = 2.414213562373095;
+    const double quarter_turn = 1.5707963267948966;
+    double a = absolute(x);
+    double up = a > three_eighths ? -1.0 : a > eighth ? a - 1.0 : a;
+    double down = a > three_eighths ? a : a > eighth ? a + 1.0 : 1.0;
+    double offset = a > three_eighths ? quarter_turn : a > eighth ? quarter_turn / 2 : 0.0;
+    double t = up / down, z = t * t;
+    double p = 0x1.75b2c6994ac59p-6;
+    p = p * z - 0x1.6fa4d2b9767c1p-5;
+    p = p * z + 0x1.d60a13a883f56p-5;
+    p = p * z - 0x1.1060e74be9880p-4;
+    p = p * z + 0x1.3b06d3c64cea8p-4;
+    p = p * z - 0x1.745c839d2734ep-4;
+    p = p * z + 0x1.c71c6df4e6969p-4;
+    p = p * z - 0x1.2492491e20141p-3;
+    p = p * z + 0x1.999999999126bp-3;
+    p = p * z - 0x1.5555555555547p-2;
+    double r = offset + (t + t * z * p);
+    return x < 0 ? -r : r;
+}
+
 /* x^a for normal x > 0, as long as a ln x <= 700; 0 below exp(-700). */
 static inline double power(double x, double a)
 {

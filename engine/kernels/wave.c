@@ -24,6 +24,24 @@ void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
 }
 
 KERNEL_CLONES
+void wave_flow(double *y, int64_t n, double diameter, const struct wave *wave, double growth)
+{
+    const double k = wave->inverse_wavelength, phase = wave->phase;
+    const double unit = 1 / (3.141592653589793 * k), gain = growth - 1;
+    for (int64_t start = 0; start < n; start += TILE) {
+        int count = n - start < TILE ? (int)(n - start) : TILE;
+        double base = (double)start;
+        double *at = y + start;
+        for (int j = 0; j < count; j++) {
+            double u = (at[j] + (base + (double)j) * diameter) * k + phase;
+            double r = u - round_whole(u), s = sin_half(r), c = cos_half(r);
+            /* The denominator adds two numbers >= 0 that are not 0 together. */
+            at[j] += unit * arc_tangent(gain * s / ((1 + c) + growth * (1 - c)));
+        }
+    }
+}
+
+KERNEL_CLONES
 double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct wave *wave)
 {
     const double k = wave->inverse_wavelength, phase = wave->phase;

@@ -16,6 +16,10 @@ struct wave {
 void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
                    const struct wave *wave, double scale);
 
+/* The exact flow of dx/dt = c sin(2 pi turns(x)) for a time t, y[i] in and out:
+ *     tan(pi turns') = E tan(pi turns),   E = growth = exp(2 pi c t / wavelength) > 0. */
+void wave_flow(double *y, int64_t n, double diameter, const struct wave *wave, double growth);
+
 /* Sum over i of cos(2 pi turns(x_i)), in a fixed order of eight partial sums. */
 double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct wave *wave);
 

@@ -74,7 +74,7 @@ static void count_cluster(struct observer *o, int64_t size)
 /* Clusters are the stretches between open gaps; the one across the seam starts after the last. */
 static void cluster_sample(struct observer *o, const struct sim *sim)
 {
-    const double *y = sim->y;
+    const double *y = sim->seen;
     const double gap = ((const struct cluster_par *)o->par)->gap;
     int64_t n = o->plan->particles, size = 1, head = 0;
     for (int64_t i = 0; i + 1 < n; i++) {
@@ -141,6 +141,7 @@ const struct observable_type observable_cluster_sizes = {
              .par_size = sizeof(struct cluster_par)},
     .sample_ns = cluster_sample_ns,
     .value = "fraction",
+    .one_view = true, /* a drift ends in exact contacts: the other view says nothing */
     .count = cluster_count,
     .memory = cluster_memory,
     .begin = cluster_begin,

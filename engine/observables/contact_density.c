@@ -66,11 +66,12 @@ static void contact_check(const struct bcd_group *group, const struct plan *plan
                     plan->free_length);
 }
 
-/* Noise over a step must not cross more than half of the window. */
+/* Where noise ends in exact contacts, it must not cross more than half of the window in a step. */
 static double contact_time_step_max(const void *par, const struct plan *plan)
 {
     double half = ((const struct contact_par *)par)->gap / 2;
-    return plan->diffusion > 0 ? half * half / (4 * plan->diffusion) : INFINITY;
+    bool limited = plan->method->keeps_contacts && plan->diffusion > 0;
+    return limited ? half * half / (4 * plan->diffusion) : INFINITY;
 }
 
 static double contact_sample_ns(const void *par, const struct plan *plan)
@@ -91,7 +92,7 @@ static void contact_sample(struct observer *o, const struct sim *sim)
     struct contact_memory *memory = o->memory;
     const double gap = ((const struct contact_par *)o->par)->gap;
     const struct fold fold = {1 / plan->period, (int64_t)o->count};
-    const double *y = sim->y;
+    const double *y = sim->seen;
     int64_t n = plan->particles, pairs = n > 1 ? n : 0; /* one rod is no neighbour of itself */
     for (int64_t i = 0; i < pairs; i++) {
         double next = i + 1 < n ? y[i + 1] : y[0] + plan->free_length;
@@ -157,6 +158,7 @@ const struct observable_type observable_contact_density = {
     .time_step_max = contact_time_step_max,
     .sample_ns = contact_sample_ns,
     .value = "contact_density",
+    .one_view = true, /* a drift ends in exact contacts: the other view says nothing */
     .count = contact_count,
     .memory = contact_memory,
     .begin = contact_begin,

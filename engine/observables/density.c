@@ -60,7 +60,7 @@ static void density_sample(struct observer *o, const struct sim *sim)
     const struct plan *plan = o->plan;
     struct density_memory *memory = o->memory;
     struct fold fold = {1 / plan->period, (int64_t)o->count};
-    histogram_add(memory->counts, &fold, sim->y, plan->particles, plan->diameter);
+    histogram_add(memory->counts, &fold, sim->seen, plan->particles, plan->diameter);
     memory->samples++;
 }
 

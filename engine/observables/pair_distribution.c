@@ -84,7 +84,7 @@ static void pair_sample(struct observer *o, const struct sim *sim)
     const struct plan *plan = o->plan;
     struct pair_memory *memory = o->memory;
     const double last = pair_last(o->par, plan), unit = (double)o->count / last;
-    const double *y = sim->y;
+    const double *y = sim->seen;
     int64_t n = plan->particles;
     for (int64_t i = 0; i < n; i++) {
         for (int64_t d = 1; d < n; d++) {

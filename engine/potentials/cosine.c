@@ -4,6 +4,7 @@
  * travelling wave with barriers of height U0.
  */
 #include "part.h"
+#include "kernels/elementary.h"
 #include "kernels/wave.h"
 
 #include <math.h>
@@ -68,12 +69,6 @@ static double cosine_curvature_max(const void *par)
     return fabs(p->amplitude) / 2 * wave_number(p) * wave_number(p);
 }
 
-static double cosine_force_max(const void *par)
-{
-    const struct cosine_par *p = par;
-    return fabs(p->amplitude) / 2 * wave_number(p);
-}
-
 static bool cosine_steady(const void *par)
 {
     const struct cosine_par *p = par;
@@ -99,6 +94,17 @@ static void cosine_add_force(const void *par, const struct rods *rods, double sc
                   scale * (p->amplitude / 2 * wave_number(p)));
 }
 
+/* E = exp(k t), k = mu (U0/2) (2 pi/lambda)^2; beyond e^500 every rod has long arrived. */
+static void cosine_flow(const void *par, const struct plan *plan, double time, double duration,
+                        double *y)
+{
+    const struct cosine_par *p = par;
+    struct wave wave = wave_at(p, time);
+    double rate = plan->mobility * p->amplitude / 2 * wave_number(p) * wave_number(p);
+    double growth = exp_bounded(fmax(-500, fmin(500, rate * duration)));
+    wave_flow(y, plan->particles, plan->diameter, &wave, growth);
+}
+
 static double cosine_energy_sum(const void *par, const struct rods *rods)
 {
     const struct cosine_par *p = par;
@@ -114,7 +120,7 @@ const struct potential_type potential_cosine = {
     .period = cosine_period,
     .flat = cosine_flat,
     .curvature_max = cosine_curvature_max,
-    .force_max = cosine_force_max,
+    .flow = cosine_flow,
     .add_force = cosine_add_force,
     .energy_sum = cosine_energy_sum,
     .steady = cosine_steady,

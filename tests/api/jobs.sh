@@ -31,7 +31,7 @@ check "whose job is completed with defaults" holds '
     and (.job.observables | keys) == ["cluster_sizes","contact_density","current","density",
                                       "energy","msd"]'
 check "and tells what was derived" holds '
-    .derived.diffusion == 1 and .derived.time_step == 0.001 and .derived.method == "bcd"
+    .derived.diffusion == 1 and .derived.time_step == 0.001 and .derived.method == "strang"
     and .derived.steps == 2000'
 check "it runs to its end" until_state "$first" done
 ask GET "/v1/jobs/$first"

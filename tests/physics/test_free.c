@@ -100,7 +100,8 @@ static void test_drag_moves_rods_at_mobility_times_force(void **state)
 static double contact_density(double time_step, double *error)
 {
     struct experiment e = experiment_run(
-        experiment_scene("{'particles': 10, 'length': 20, 'diameter': 0.8, 'time_step': %.17g, "
+        experiment_scene("{'particles': 10, 'length': 20, 'diameter': 0.8, 'method': 'bcd', "
+                         "'time_step': %.17g, "
                          "'time': 4, 'realizations': 300, 'sample_every': 2e-3, 'observables': "
                          "{'contact_density': {'bins': 1, 'gap': 0.1}}}",
                          time_step),

@@ -50,6 +50,7 @@ static double noiseless_energy(double time_step)
 {
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 1, 'length': 1, 'temperature': 0, 'initial': 'lattice', "
+                         "'method': 'bcd', "
                          "'potential': {'type': 'cosine', 'amplitude': 1, 'phase': 2.5}, "
                          "'time_step': %.17g, 'time': 0.05, 'sample_every': 0.05, 'observables': "
                          "{'energy': {}}}",
@@ -117,7 +118,8 @@ static double energy_of_case(double time_step, double *error)
 {
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 16, 'length': 20, 'diameter': 0.8, 'potential': {'type': "
-                         "'cosine', 'amplitude': 6}, 'time_step': %.17g, 'equilibration_time': 2, "
+                         "'cosine', 'amplitude': 6}, 'method': 'bcd', 'time_step': %.17g, "
+                         "'equilibration_time': 2, "
                          "'time': 10, 'realizations': 48, 'sample_every': 5e-3, 'observables': "
                          "{'energy': {}}}",
                          time_step),

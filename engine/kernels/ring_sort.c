@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * ring_sort.c - see ring_sort.h. */
+#include "ring_sort.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+enum { MOVES_PER_ROD = 16 }; /* more: merging is cheaper than insertion */
+
+/* Insertion sort: few rods cross in a step. False, with y a permutation, when it gives up. */
+static bool sort_by_insertion(double *y, int64_t n)
+{
+    int64_t allowed = MOVES_PER_ROD * n;
+    for (int64_t i = 1; i < n; i++) {
+        double value = y[i];
+        if (y[i - 1] <= value)
+            continue;
+        int64_t j = i;
+        for (; j > 0 && y[j - 1] > value; j--)
+            y[j] = y[j - 1];
+        y[j] = value;
+        allowed -= i - j;
+        if (allowed < 0)
+            return false;
+    }
+    return true;
+}
+
+static void merge_runs(const double *from, double *to, int64_t middle, int64_t end)
+{
+    int64_t a = 0, b = middle;
+    for (int64_t i = 0; i < end; i++)
+        to[i] = b >= end || (a < middle && from[a] <= from[b]) ? from[a++] : from[b++];
+}
+
+static void sort_by_merging(double *y, int64_t n, double *scratch)
+{
+    double *from = y, *to = scratch;
+    for (int64_t width = 1; width < n; width *= 2) {
+        for (int64_t start = 0; start < n; start += 2 * width) {
+            int64_t left = n - start, end = left < 2 * width ? left : 2 * width;
+            merge_runs(from + start, to + start, width < end ? width : end, end);
+        }
+        double *swap = from;
+        from = to;
+        to = swap;
+    }
+    if (from != y)
+        memcpy(y, from, (size_t)n * sizeof *y);
+}
+
+static void sort_line(double *y, int64_t n, double *scratch)
+{
+    if (!sort_by_insertion(y, n))
+        sort_by_merging(y, n, scratch);
+}
+
+/* Folds sorted y into [base, base + ell), base = y[0]; the number of whole turns taken out. */
+static int64_t fold(double *y, int64_t n, double ell)
+{
+    const double base = y[0];
+    int64_t turns = 0;
+    for (int64_t i = n - 1; i > 0 && y[i] - base >= ell; i--) {
+        double whole = floor((y[i] - base) / ell);
+        double folded = y[i] - whole * ell;
+        if (folded < base) { /* rounding: it belongs at the upper end */
+            folded += ell;
+            whole -= 1;
+        }
+        y[i] = folded;
+        turns += (int64_t)whole;
+    }
+    return turns;
+}
+
+/* y[i] = w[(i + turns) mod n] + floor((i + turns) / n) ell. */
+static void hand_back(double *y, int64_t n, double ell, int64_t turns, double *w)
+{
+    memcpy(w, y, (size_t)n * sizeof *w);
+    int64_t shift = turns % n;
+    double whole = (double)(turns / n) * ell;
+    for (int64_t i = 0; i < n; i++) {
+        bool beyond = i + shift >= n;
+        y[i] = w[beyond ? i + shift - n : i + shift] + (whole + (beyond ? ell : 0));
+    }
+}
+
+static void move_rigidly(double *y, int64_t n)
+{
+    double sum = 0;
+    for (int64_t i = 1; i < n; i++)
+        sum += y[i] - y[0];
+    double mean = y[0] + sum / (double)n;
+    for (int64_t i = 0; i < n; i++)
+        y[i] = mean;
+}
+
+void ring_sort(double *y, int64_t n, double ell, double *scratch)
+{
+    if (!(ell > 0)) {
+        move_rigidly(y, n);
+        return;
+    }
+    sort_line(y, n, scratch);
+    if (y[n - 1] <= y[0] + ell)
+        return;
+    int64_t turns = fold(y, n, ell);
+    sort_line(y, n, scratch);
+    hand_back(y, n, ell, turns, scratch);
+}

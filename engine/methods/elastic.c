@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * elastic - an Euler step of all rods with elastic collisions, De Michele's scheme in one dimension
+ * (doi 10.1063/1.2719190): collisions are one sort (kernels/ring_sort.h). Exact in law for any time
+ * step when the force is zero or constant; weak order 1 in a field. Makes no contacts: not for the
+ * limit without noise.
+ */
+#include "part.h"
+#include "proposal.h"
+#include "step_limit.h"
+#include "kernels/ring_sort.h"
+
+#include <math.h>
+
+struct elastic_work {
+    struct proposal proposal;
+    double *scratch; /* [N] */
+};
+
+static const char *elastic_cannot(const struct plan *plan)
+{
+    return plan->temperature == 0 ? "makes no contacts, which the limit without noise consists of"
+                                  : NULL;
+}
+
+static struct step_limit elastic_time_step(const struct plan *plan)
+{
+    struct step_limit limit = {INFINITY, "nothing"};
+    step_limit_rates(&limit, plan, 0.018, 0.1);
+    return limit;
+}
+
+static void elastic_layout(struct sim *sim, struct arena *scratch)
+{
+    struct elastic_work work, *kept = arena_take(scratch, sizeof *kept);
+    proposal_layout(&work.proposal, sim->plan, scratch);
+    work.scratch = arena_take(scratch, (size_t)sim->plan->particles * sizeof *work.scratch);
+    if (kept)
+        *kept = work;
+    sim->work = kept;
+}
+
+static void elastic_advance(struct sim *sim, int64_t ticks)
+{
+    struct elastic_work *work = sim->work;
+    for (int64_t t = 0; t < ticks; t++) {
+        double *z = proposal_euler(&work->proposal, sim);
+        ring_sort(z, sim->plan->particles, sim->plan->free_length, work->scratch);
+        proposal_accept(sim, z);
+    }
+}
+
+const struct method_type method_elastic = {
+    .part = {.name = "elastic", .doc = "Euler step with elastic collisions by sorting"},
+    .step_ns = 9,
+    .cannot = elastic_cannot,
+    .time_step = elastic_time_step,
+    .layout = elastic_layout,
+    .advance = elastic_advance,
+};

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * strang - drift and noise in turns, each resolved exactly on its own: the drift flows without
+ * noise and rods that meet stick (one isotonic regression), the noise is reflected diffusion (one
+ * sort). Order 3/2 at contacts, 2 in the smooth part; without noise the deterministic sticky flow.
+ *
+ *     y <- PAVA(flow_h(y));   y <- SORT(y + sqrt(2 D h) n)
+ *
+ * The kept state is the one after the noise. Static observables look at it in the middle of a noise
+ * or of a drift (views); the truth lies between the two as a rule, so that their difference bounds
+ * the error of the time step. Looking does not change the run.
+ */
+#include "part.h"
+#include "proposal.h"
+#include "step_limit.h"
+#include "kernels/isotonic.h"
+#include "kernels/ring_sort.h"
+
+#include <math.h>
+#include <string.h>
+
+struct strang_work {
+    struct noise noise, view_noise;
+    struct isotonic_block *blocks;
+    double *scratch, *middle, *view; /* [N] each */
+};
+
+static struct step_limit strang_time_step(const struct plan *plan)
+{
+    struct step_limit limit = {INFINITY, "nothing"};
+    step_limit_rates(&limit, plan, 0.2, 0.3);
+    return limit;
+}
+
+static double *take_rods(const struct sim *sim, struct arena *scratch)
+{
+    return arena_take(scratch, (size_t)sim->plan->particles * sizeof(double));
+}
+
+static void strang_layout(struct sim *sim, struct arena *scratch)
+{
+    struct strang_work work, *kept = arena_take(scratch, sizeof *kept);
+    int64_t n = sim->plan->particles;
+    noise_layout(&work.noise, n, scratch);
+    noise_layout(&work.view_noise, n, scratch);
+    work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
+    work.scratch = take_rods(sim, scratch);
+    work.middle = take_rods(sim, scratch);
+    work.view = take_rods(sim, scratch);
+    if (kept)
+        *kept = work;
+    sim->work = kept;
+}
+
+/* Explicit midpoint, order 2: for interactions, and potentials without a known flow. */
+static void flow_midpoint(const struct sim *sim, double time, double *y)
+{
+    const struct plan *plan = sim->plan;
+    struct strang_work *work = sim->work;
+    size_t bytes = (size_t)plan->particles * sizeof *y;
+    memcpy(work->middle, y, bytes);
+    proposal_add_forces(sim, y, plan->mobility * time / 2, work->middle);
+    /* Forces push rods of a cluster into each other: half way they are in order again. */
+    isotonic_ring(work->middle, plan->particles, plan->free_length, work->blocks);
+    proposal_add_forces(sim, work->middle, plan->mobility * time, y);
+}
+
+/* Exact flow in the field, between two halves of what the drag does. */
+static void flow_exact(const struct sim *sim, double time, double *y)
+{
+    const struct plan *plan = sim->plan;
+    const double half = plan->mobility * plan->force * time / 2;
+    if (half != 0)
+        for (int64_t i = 0; i < plan->particles; i++)
+            y[i] += half;
+    if (plan->field)
+        plan->potential->flow(plan->potential_par, plan, sim_time(sim) + time / 2, time, y);
+    if (half != 0)
+        for (int64_t i = 0; i < plan->particles; i++)
+            y[i] += half;
+}
+
+/* The constrained deterministic flow over `time`. */
+static void drift(const struct sim *sim, double time, double *y)
+{
+    const struct plan *plan = sim->plan;
+    struct strang_work *work = sim->work;
+    if (plan->pair || (plan->field && !plan->potential->flow))
+        flow_midpoint(sim, time, y);
+    else if (plan->field || plan->force != 0)
+        flow_exact(sim, time, y);
+    else
+        return;
+    isotonic_ring(y, plan->particles, plan->free_length, work->blocks);
+}
+
+static void strang_advance(struct sim *sim, int64_t ticks)
+{
+    const struct plan *plan = sim->plan;
+    struct strang_work *work = sim->work;
+    const double noise = sqrt(2 * plan->diffusion * plan->time_step);
+    for (int64_t t = 0; t < ticks; t++) {
+        drift(sim, plan->time_step, sim->y);
+        if (noise > 0) {
+            noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, sim->y);
+            ring_sort(sim->y, plan->particles, plan->free_length, work->scratch);
+        }
+        sim->clock->tick++;
+    }
+}
+
+/* Mid-drift: half a drift further. Mid-noise: a whole drift and noise of half the variance, from a
+ * stream of its own; the same in law as half way through the next step. */
+static const double *strang_view(struct sim *sim, enum view view)
+{
+    const struct plan *plan = sim->plan;
+    struct strang_work *work = sim->work;
+    memcpy(work->view, sim->y, (size_t)plan->particles * sizeof *work->view);
+    drift(sim, view == VIEW_MID_DRIFT ? plan->time_step / 2 : plan->time_step, work->view);
+    if (view == VIEW_MID_DRIFT || plan->diffusion == 0)
+        return work->view;
+    struct noise_key key = sim->noise;
+    key.stream = STREAM_VIEW;
+    const double noise = sqrt(plan->diffusion * plan->time_step);
+    noise_add(&work->view_noise, &key, sim->clock->tick, noise, work->view);
+    ring_sort(work->view, plan->particles, plan->free_length, work->scratch);
+    return work->view;
+}
+
+const struct method_type method_strang = {
+    .part = {.name = "strang", .doc = "deterministic sticky flow and reflected noise in turns"},
+    .step_ns = 20,
+    .time_step = strang_time_step,
+    .layout = strang_layout,
+    .advance = strang_advance,
+    .view = strang_view,
+};

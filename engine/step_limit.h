@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * step_limit.h - what limits a method's time step, and which limit decides. */
+#ifndef STEP_LIMIT_H
+#define STEP_LIMIT_H
+
+#include "part.h"
+
+struct step_limit {
+    double step;
+    const char *why;
+};
+
+static inline void step_limit(struct step_limit *limit, double step, const char *why)
+{
+    if (step < limit->step)
+        *limit = (struct step_limit){step, why};
+}
+
+/* Rates that explicit steps must resolve: mu max|U''| and 2 D max|dF/dg|/kT; 0 where nothing acts.
+ * */
+static inline double curvature_rate(const struct plan *plan)
+{
+    return plan->field ? plan->mobility * plan->potential->curvature_max(plan->potential_par) : 0;
+}
+
+static inline double stiffness_rate(const struct plan *plan)
+{
+    return plan->pair ? 2 * plan->diffusion * plan->pair->stiffness(plan->pair_par) : 0;
+}
+
+/* The two limits all methods have, as shares of the times above. */
+static inline void step_limit_rates(struct step_limit *limit, const struct plan *plan,
+                                    double curvature_share, double stiffness_share)
+{
+    double curvature = curvature_rate(plan), stiffness = stiffness_rate(plan);
+    if (curvature > 0)
+        step_limit(limit, curvature_share / curvature, "curvature of the potential");
+    if (stiffness > 0)
+        step_limit(limit, stiffness_share / stiffness, "stiffness of the interaction");
+}
+
+#endif
