@@ -31,7 +31,8 @@ struct options {
 /* What the printed table says about one panel. NaN = not to be had. */
 struct verdict {
     const struct report_scene *scene;
-    const char *observable, *method;
+    const char *observable;
+    char method[24];
     double time_step, l1, z_max, chi_square, freedom, p_value, core_seconds;
 };
 
@@ -41,6 +42,7 @@ struct sheet {
     size_t count;
     struct bcd_table *table[PANELS_MAX];
     struct plot_panel panel[PANELS_MAX];
+    struct verdict verdict[PANELS_MAX];
     char title[PANELS_MAX][WORDS_SIZE], remark[PANELS_MAX][WORDS_SIZE];
 };
 
@@ -296,9 +298,9 @@ static void print_verdict(const struct verdict *v, struct text *summary)
 
 /* ----------------------------------------------------------------- figures */
 
-static void describe_panel(struct sheet *sheet, const struct verdict *v)
+static void describe_panel(struct sheet *sheet, size_t i)
 {
-    size_t i = sheet->count - 1;
+    const struct verdict *v = &sheet->verdict[i];
     const struct report_scene *row = v->scene;
     char gamma[32] = "";
     if (row->stickiness > 0)
@@ -311,12 +313,41 @@ static void describe_panel(struct sheet *sheet, const struct verdict *v)
                                           .remark = isnan(v->l1) ? NULL : sheet->remark[i]};
 }
 
+/* What was simulated and how, in one sentence each. */
+static char *subtitle_print(const struct sheet *sheet)
+{
+    struct text text = {0};
+    double least = INFINITY, most = 0;
+    for (size_t i = 0; i < sheet->count; i++) {
+        least = fmin(least, sheet->verdict[i].time_step);
+        most = fmax(most, sheet->verdict[i].time_step);
+    }
+    text_add(
+        &text,
+        "Simulated after Fig. %d of Phys. Rev. E 106, 054606 (2022): barrier 6 kT, ring of 100 "
+        "wavelengths; method %s, time step ",
+        sheet->figure->number, sheet->verdict[0].method);
+    text_add_number(&text, least);
+    if (most > least) {
+        text_add(&text, " to ");
+        text_add_number(&text, most);
+    }
+    text_add(&text, ". Theory is exact for this ring");
+    if (sheet->figure->gap > 0) {
+        text_add(&text, " and for contact as gaps below ");
+        text_add_number(&text, sheet->figure->gap);
+    }
+    text_add(&text, "; L\xE2\x82\x81 is the relative area between it and the simulation.");
+    return text_take(&text);
+}
+
 /* Draws what there is of the figure. Panels came scene by scene; a row shows one observable. */
 static int draw_sheet(const struct report *report, const struct sheet *sheet)
 {
     const struct report_figure *figure = sheet->figure;
     struct plot_panel grid[PANELS_MAX] = {0};
-    char title[WORDS_SIZE], name[WORDS_SIZE], subtitle[256];
+    char title[WORDS_SIZE], name[WORDS_SIZE];
+    char *subtitle = subtitle_print(sheet);
     size_t kinds = figure->observable[1] ? 2 : 1, scenes = sheet->count / kinds;
     size_t columns = scenes < figure->columns ? scenes : figure->columns;
     size_t bands = (scenes + columns - 1) / columns;
@@ -325,18 +356,15 @@ static int draw_sheet(const struct report *report, const struct sheet *sheet)
         grid[row * columns + scene % columns] = sheet->panel[i];
     }
     snprintf(title, sizeof title, "%s in a cosine potential", figure->title);
-    snprintf(
-        subtitle, sizeof subtitle,
-        "Simulated after Fig. %d of Phys. Rev. E 106, 054606 (2022): barrier 6 kT, ring of 100 "
-        "wavelengths. L\xE2\x82\x81: mean distance from theory, which is exact for this ring%s.",
-        figure->number, figure->gap > 0 ? " and for this window of contact" : "");
+    snprintf(name, sizeof name, "2022-fig%d.svg", figure->number);
     struct plot_figure plot = {.title = title,
                                .subtitle = subtitle,
                                .rows = bands * kinds,
                                .columns = columns,
                                .panels = grid};
-    snprintf(name, sizeof name, "2022-fig%d.svg", figure->number);
-    return write_take(report->options, name, plot_figure_print(&plot));
+    int status = write_take(report->options, name, subtitle ? plot_figure_print(&plot) : NULL);
+    free(subtitle);
+    return status;
 }
 
 static void clear_sheet(struct sheet *sheet)
@@ -348,43 +376,60 @@ static void clear_sheet(struct sheet *sheet)
 
 /* ------------------------------------------------------------------ scenes */
 
-/* Table, CSV and verdict of each observable of a finished scene. */
-static int add_tables(struct report *report, const struct bcd_scene *scene,
-                      const struct cli_simulation *simulation, const struct report_scene *row)
+/* Where the scene has the observable; our own table asks for no other. */
+static size_t find_observable(const struct bcd_scene *scene, const char *name)
+{
+    size_t index = 0;
+    const struct bcd_group *part;
+    while ((part = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, index)) != NULL &&
+           strcmp(part->type, name) != 0)
+        index++;
+    return index;
+}
+
+/* Takes a result into the figure: verdict, line of the table, CSV. */
+static int add_panel(struct report *report, const struct bcd_scene *scene, struct bcd_table *table,
+                     const struct verdict *about)
 {
     struct sheet *sheet = &report->sheet;
+    size_t i = sheet->count++;
+    struct verdict *verdict = &sheet->verdict[i];
+    char name[REPORT_NAME_SIZE], file[REPORT_NAME_SIZE + 48];
+    sheet->table[i] = table;
+    *verdict = *about;
+    verdict->time_step = fact(scene, "time_step")->number;
+    snprintf(verdict->method, sizeof verdict->method, "%.23s", fact(scene, "method")->text);
+    judge(table, verdict);
+    describe_panel(sheet, i);
+    print_verdict(verdict, &report->summary);
+    report_scene_name(about->scene, name);
+    snprintf(file, sizeof file, "%s-%s.csv", name, about->observable);
+    return write_take(report->options, file, table_csv_print(table));
+}
+
+static int add_panels(struct report *report, const struct bcd_scene *scene,
+                      const struct cli_simulation *simulation, const struct report_scene *row)
+{
+    const struct report_figure *figure = report->sheet.figure;
     struct bcd_theory *theory = NULL;
     enum bcd_status status = bcd_theory_create(&theory, scene, BCD_THEORY_RING);
-    const struct bcd_group *part;
-    char name[REPORT_NAME_SIZE], file[REPORT_NAME_SIZE + 48];
-    struct bcd_table **table = &sheet->table[sheet->count];
     int written = CLI_OK;
-    report_scene_name(row, name);
-    for (size_t i = 0; i < REPORT_OBSERVABLES_MAX && sheet->figure->observable[i]; i++) {
-        size_t index = 0;
-        while ((part = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, index)) != NULL &&
-               strcmp(part->type, sheet->figure->observable[i]) != 0)
-            index++;
-        table = &sheet->table[sheet->count];
+    for (size_t i = 0; i < REPORT_OBSERVABLES_MAX && figure->observable[i]; i++) {
+        struct bcd_table *table = NULL;
+        struct verdict about = {.scene = row,
+                                .observable = figure->observable[i],
+                                .core_seconds = simulation->core_seconds};
         if (status == BCD_OK)
-            status = bcd_tally_table(simulation->tally, scene, theory, index, table);
-        if (status != BCD_OK || written != CLI_OK)
-            break;
-        struct verdict verdict = {.scene = row,
-                                  .observable = part->type,
-                                  .method = fact(scene, "method")->text,
-                                  .time_step = fact(scene, "time_step")->number,
-                                  .core_seconds = simulation->core_seconds};
-        sheet->count++;
-        judge(*table, &verdict);
-        describe_panel(sheet, &verdict);
-        print_verdict(&verdict, &report->summary);
-        snprintf(file, sizeof file, "%s-%s.csv", name, part->type);
-        written = write_take(report->options, file, table_csv_print(*table));
+            status = bcd_tally_table(simulation->tally, scene, theory,
+                                     find_observable(scene, figure->observable[i]), &table);
+        if (status == BCD_OK && written == CLI_OK)
+            written = add_panel(report, scene, table, &about);
+        else
+            bcd_table_free(table);
     }
     bcd_theory_free(theory);
     if (status != BCD_OK)
-        fprintf(stderr, "bcd: %s: %s\n", name, bcd_status_text(status));
+        fprintf(stderr, "bcd: the results cannot be had: %s\n", bcd_status_text(status));
     return status == BCD_OK ? written : CLI_FAILED;
 }
 
@@ -402,7 +447,7 @@ static int report_one(struct report *report, const struct report_scene *row)
     if (status == CLI_OK)
         status = cli_simulate(&simulation);
     if (status == CLI_OK)
-        status = add_tables(report, scene, &simulation, row);
+        status = add_panels(report, scene, &simulation, row);
     bcd_tally_free(simulation.tally);
     bcd_scene_free(scene);
     return status;

@@ -26,29 +26,24 @@ static const struct report_figure figures[] = {
      .gap = STICKY_RANGE},
 };
 
-/* Method bcd counts rods as shorter by 1.165 sqrt(D h): its contact densities need smaller steps h
- * than its densities. With stickiness h must resolve the attraction as well, whose slope grows with
- * gamma. */
-#define DENSITY                                                                                    \
-    .figure = 3, .effort = {                                                                       \
-                     {.time_step = 5e-5, .time = 20, .realizations = 16},                          \
-                     {.time_step = 1e-5, .time = 1000, .realizations = 10},                        \
-    }
-#define CONTACT                                                                                    \
-    .figure = 4, .effort = {                                                                       \
-                     {.time_step = 1e-5, .time = 2.5, .realizations = 32},                         \
-                     {.time_step = 1e-6, .time = 100, .realizations = 10},                         \
-    }
-#define STICKY                                                                                     \
-    .figure = 6, .effort = {                                                                       \
-                     {.time_step = 1e-5, .time = 2.5, .realizations = 32},                         \
-                     {.time_step = 1e-6, .time = 100, .realizations = 10},                         \
-    }
-#define VERY_STICKY                                                                                \
-    .figure = 6, .effort = {                                                                       \
-                     {.time_step = 2e-6, .time = 1.25, .realizations = 32},                        \
-                     {.time_step = 5e-7, .time = 50, .realizations = 10},                          \
-    }
+/* Method bcd treats rods as shorter by 1.165 sqrt(D h): contact densities need smaller steps h than
+ * densities. With stickiness h must resolve the attraction as well, whose slope grows with gamma.
+ * Where pairs in contact are rare (low density; sigma of half a wavelength, which keeps neighbours
+ * from sharing a well) there are more realizations rather than longer ones. */
+#define SHORT(step, duration, runs)                                                                \
+    .effort[0] = {.time_step = step, .time = duration, .realizations = runs}
+#define FULL(step, duration, runs)                                                                 \
+    .effort[1] = {.time_step = step, .time = duration, .realizations = runs}
+#define DENSITY .figure = 3, SHORT(5e-5, 20, 16), FULL(1e-5, 1000, 10)
+#define RARE_20 .figure = 4, SHORT(4e-6, 1, 256), FULL(1e-6, 50, 80)
+#define RARE_50 .figure = 4, SHORT(4e-6, 1, 128), FULL(1e-6, 50, 40)
+#define RARE_80 .figure = 4, SHORT(4e-6, 1, 80), FULL(1e-6, 50, 40)
+#define CONTACT_20 .figure = 4, SHORT(4e-6, 1.25, 128), FULL(1e-6, 50, 40)
+#define CONTACT_50 .figure = 4, SHORT(4e-6, 1, 64), FULL(1e-6, 50, 20)
+#define CONTACT_80 .figure = 4, SHORT(4e-6, 1, 40), FULL(1e-6, 50, 20)
+#define STICKY_50 .figure = 6, SHORT(4e-6, 1, 64), FULL(1e-6, 50, 20)
+#define STICKY_80 .figure = 6, SHORT(4e-6, 1, 40), FULL(1e-6, 50, 20)
+#define VERY_STICKY .figure = 6, SHORT(2e-6, 0.75, 40), FULL(5e-7, 25, 20)
 
 static const struct report_scene scenes[] = {
     {.diameter = 0.2, .density = 0.2, DENSITY},
@@ -60,20 +55,20 @@ static const struct report_scene scenes[] = {
     {.diameter = 0.8, .density = 0.2, DENSITY},
     {.diameter = 0.8, .density = 0.5, DENSITY},
     {.diameter = 0.8, .density = 0.8, DENSITY},
-    {.diameter = 0.2, .density = 0.2, CONTACT},
-    {.diameter = 0.2, .density = 0.5, CONTACT},
-    {.diameter = 0.2, .density = 0.8, CONTACT},
-    {.diameter = 0.5, .density = 0.2, CONTACT},
-    {.diameter = 0.5, .density = 0.5, CONTACT},
-    {.diameter = 0.5, .density = 0.8, CONTACT},
-    {.diameter = 0.8, .density = 0.2, CONTACT},
-    {.diameter = 0.8, .density = 0.5, CONTACT},
-    {.diameter = 0.8, .density = 0.8, CONTACT},
-    {.diameter = 0.5, .density = 0.5, .stickiness = 0.1, STICKY},
-    {.diameter = 0.5, .density = 0.5, .stickiness = 1, STICKY},
+    {.diameter = 0.2, .density = 0.2, CONTACT_20},
+    {.diameter = 0.2, .density = 0.5, CONTACT_50},
+    {.diameter = 0.2, .density = 0.8, CONTACT_80},
+    {.diameter = 0.5, .density = 0.2, RARE_20},
+    {.diameter = 0.5, .density = 0.5, RARE_50},
+    {.diameter = 0.5, .density = 0.8, RARE_80},
+    {.diameter = 0.8, .density = 0.2, CONTACT_20},
+    {.diameter = 0.8, .density = 0.5, CONTACT_50},
+    {.diameter = 0.8, .density = 0.8, CONTACT_80},
+    {.diameter = 0.5, .density = 0.5, .stickiness = 0.1, STICKY_50},
+    {.diameter = 0.5, .density = 0.5, .stickiness = 1, STICKY_50},
     {.diameter = 0.5, .density = 0.5, .stickiness = 10, VERY_STICKY},
-    {.diameter = 0.8, .density = 0.8, .stickiness = 0.1, STICKY},
-    {.diameter = 0.8, .density = 0.8, .stickiness = 1, STICKY},
+    {.diameter = 0.8, .density = 0.8, .stickiness = 0.1, STICKY_80},
+    {.diameter = 0.8, .density = 0.8, .stickiness = 1, STICKY_80},
     {.diameter = 0.8, .density = 0.8, .stickiness = 10, VERY_STICKY},
 };
 

@@ -131,12 +131,23 @@ static void add_axis_titles(struct text *svg, const struct plot_figure *figure)
 
 /* ------------------------------------------------------------------ panels */
 
+/* Error bars of what is nowhere negative are cut at 0, so that 0 is the frame's foot. */
+static void stand_on_zero(struct plot_points *points)
+{
+    for (size_t i = 0; i < points->count; i++)
+        if (points->point[i].value < 0 || points->point[i].theory < 0)
+            return;
+    if (points->y.lo < 0 && points->y.hi > 0)
+        points->y.lo = 0;
+}
+
 static bool add_panel(struct text *svg, const struct plot_panel *panel, double left, double top)
 {
     struct plot_points points;
     struct plot_frame frame = {.tick_size = TICK_SIZE, .x_labels = 6, .y_labels = 4};
     if (!plot_points_init(&points, panel->table))
         return false;
+    stand_on_zero(&points);
     frame.x.to = left + FRAME_RIGHT;
     frame.y.to = top + FRAME_TOP;
     frame.y.from = top + FRAME_BOTTOM;

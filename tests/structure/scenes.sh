@@ -26,7 +26,7 @@ count=$((count + 1))
 absent=$(for file in tests/scenes/*.json; do
     [ -e "tests/scenes/full/${file##*/}" ] || echo "$file"
 done)
-if [ -z "$absent" ] && [ $# -eq 40 ]; then
+if [ -z "$absent" ] && [ $# -eq 52 ]; then
     echo "ok $count - every shortened scene has its full one"
 else
     echo "not ok $count - every shortened scene has its full one: $absent"

@@ -1,0 +1,110 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# bcd report figures: the table of jobs inside the program and the files in tests/scenes are the same
+# jobs; a panel's files, picture and verdict agree with the same job run by itself.
+. tests/api/_lib.sh
+
+# bcd ARGUMENTS: stdout to $T/out, stderr to $T/err, the exit status in EXIT.
+bcd() {
+    "$B/bcd" "$@" >"$T/out" 2>"$T/err"
+    EXIT=$?
+}
+exits() {
+    [ "$EXIT" -eq "$1" ] && return
+    echo "exit status $EXIT"
+    cat "$T/err"
+    return 1
+}
+says() {
+    grep -qF -- "$1" "$T/err" "$T/out" && return
+    cat "$T/err" "$T/out"
+    return 1
+}
+# same_jobs DIR: the printed jobs are those of the files 2022-*.json there, completed.
+same_jobs() {
+    for file in "$1"/2022-*.json; do
+        name=${file##*/}
+        "$B/bcd" check "$file" | jq -S --arg n "${name%.json}" '{($n): .job}'
+    done | jq -s -S add >"$T/files"
+    jq -S . "$T/out" | cmp - "$T/files"
+}
+
+bcd report figures --jobs
+check "the shortened jobs are printed" exits 0
+check "and are those of tests/scenes" same_jobs tests/scenes
+check "24 of them" jq -e 'length == 24' "$T/out"
+bcd report figures --jobs --full
+check "the full jobs are those of tests/scenes/full" same_jobs tests/scenes/full
+bcd report figures --jobs --only gamma10
+check "a part of them" jq -e 'keys == ["2022-fig6-gamma10-sigma0.5-rho0.5",
+    "2022-fig6-gamma10-sigma0.8-rho0.8"]' "$T/out"
+
+scene=2022-fig3-sigma0.8-rho0.2
+bcd report figures --only $scene --out "$T/figures" --workers 2
+check "one panel runs" exits 0
+check "no progress bar without a terminal" test ! -s "$T/err"
+cp "$T/out" "$T/table"
+"$B/bcd" run --csv density tests/scenes/$scene.json >"$T/density.csv"
+check "its table is that of bcd run, bit for bit" \
+    cmp "$T/density.csv" "$T/figures/$scene-density.csv"
+"$B/bcd" run tests/scenes/$scene.json >"$T/result.json"
+# The verdict, worked out from the result by jq.
+check "L1, max|z|, chi-square and p are the result's" awk -F, -v want="$(jq -r '.density |
+    ([.density, .theory] | transpose | map(.[0] - .[1] | fabs) | add) / (.theory | add),
+    (.z | map(select(. != null) | fabs) | max),
+    .chi_square, .degrees_of_freedom, .p_value' "$T/result.json" | tr '\n' ' ')" '
+    NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i }
+    NR == 2 {
+        n = split(want, w, " ")
+        split("l1 z_max chi_square degrees_of_freedom p_value", names, " ")
+        for (i = 1; i <= 5; i++) {
+            d = $(at[names[i]]) - w[i]
+            if (n != 5 || d * d > 1e-18 * (1 + w[i] * w[i])) { print names[i], $0, want; bad = 1 }
+        }
+        if ($(at["core_seconds"]) <= 0 || $(at["method"]) != "bcd") bad = 1
+    }
+    END { exit bad || NR != 2 }' "$T/figures/2022-figures.csv"
+# 0.8 0.2: 20 rods. 0.0150 is about 4 times what step and noise leave of L1 here.
+check "the profile lies on the theory" awk '$2 == "density" { ok = $6 == 20 && $9 > 0 && $9 < 0.015 }
+    END { exit !ok }' "$T/table"
+check "the picture has one panel with theory and 50 points" sh -c '
+    [ "$(grep -c "class=\"panel\"" "$1")" = 1 ] && [ "$(grep -c "class=\"dot\"" "$1")" = 50 ] &&
+    [ "$(grep -c "class=\"theory\"" "$1")" = 1 ]' - "$T/figures/2022-fig3.svg"
+check "and no other figure is drawn" test ! -e "$T/figures/2022-fig4.svg"
+
+bcd report figures --only $scene --out "$T/density.csv"
+check "a file is no directory" exits 1
+check "says so" says "cannot be made"
+bcd report figures --only nothing
+check "no such scene" exits 2
+bcd report figures --out
+check "an option without its value" exits 2
+bcd report figures --workers 0
+check "no workers" exits 2
+bcd report figures extra
+check "a word too many" exits 2
+bcd report nothing
+check "no such report" exits 2
+bcd report
+check "no report" exits 2
+bcd report --help
+check "the list of reports" says "bcd report figures"
+bcd report figures --help
+check "help" says "--full"
+
+# Ended in the middle of a run. A background job of sh ignores SIGINT: SIGTERM it is.
+"$B/bcd" report figures --only gamma10-sigma0.8 --out "$T/cut" >"$T/out" 2>"$T/err" &
+report=$!
+tries=0
+until [ -d "$T/cut" ] || [ $tries -ge 500 ]; do
+    sleep 0.01
+    tries=$((tries + 1))
+done
+sleep 0.2
+kill -TERM $report
+wait $report
+EXIT=$?
+check "a signal ends it" exits 143
+check "with words" says "ended by"
+check "and nothing half done is left" test -z "$(ls "$T/cut")"
+finish
