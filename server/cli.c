@@ -50,6 +50,13 @@ static const struct cli_command commands[] = {
      .doc = "runs many jobs and judges them together\n"
             "bcd report NAME --help tells more. The reports:",
      .function = cli_report},
+    {.name = "bench",
+     .usage = "[--json FILE]",
+     .doc = "measures what a step costs, per method and scene\n"
+            "Nanoseconds of one core per rod and step, and the ratio to drawing the noise and\n"
+            "evaluating the force alone, measured in turns with it. On a shared machine trust the\n"
+            "ratio.",
+     .function = cli_bench},
     {0},
 };
 

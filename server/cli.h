@@ -21,6 +21,7 @@ struct cli_command {
 
 int cli_run(const struct cli_command *self, int argc, char **argv);
 int cli_check(const struct cli_command *self, int argc, char **argv);
+int cli_bench(const struct cli_command *self, int argc, char **argv);
 int cli_theory(const struct cli_command *self, int argc, char **argv);
 int cli_report(const struct cli_command *self, int argc, char **argv);
 
