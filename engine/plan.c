@@ -41,11 +41,12 @@ static void plan_geometry(struct bcd_scene *scene, struct bcd_errors *errors)
     plan->seed = (uint64_t)job->seed;
     plan->realizations = job->realizations;
 
-    /* N sigma = L up to rounding is the closed packing: one rigid body. */
+    /* N sigma = L up to rounding is the closed packing: one rigid body. So are gaps that positions
+     * of this length cannot tell from none. */
     double occupied = (double)job->particles * job->diameter;
     double rounding = 1e-14 * job->length;
-    plan->free_length = fmax(job->length - occupied, 0);
-    if (plan->free_length < rounding)
+    plan->free_length = job->length - occupied;
+    if (plan->free_length < 1e-12 * job->length)
         plan->free_length = 0;
     if (occupied > job->length + rounding)
         bcd_errors_add(errors, "/diameter",

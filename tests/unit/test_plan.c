@@ -94,8 +94,9 @@ static void test_steps_too_long_for_the_potential_are_refused(void **state)
     (void)state;
 #define WAVE(more) "{" ONE "'potential': {'type': 'cosine', 'amplitude': 2" more "}, "
     double k = 4 * M_PI * M_PI; /* max|U''| = U0/2 (2 pi)^2 */
-    assert_true(fabs(fact_of(WAVE("") "'time': 100, " DENSITY, "time_step") * k / 0.018 - 1) <
-                0.01);
+    assert_true(
+        fabs(fact_of(WAVE("") "'method': 'bcd', 'time': 100, " DENSITY, "time_step") * k / 0.018 -
+             1) < 0.01);
     assert_refused(WAVE("") "'time_step': 0.026, 'time': 100, " DENSITY, "/time_step");
     /* auto: a tenth of a period */
     assert_true(fact_of(WAVE("") "'force': 5e3, 'time': 1, " DENSITY, "time_step") <= 2e-5);
@@ -120,6 +121,25 @@ static void test_interactions_beyond_numbers_are_refused(void **state)
     assert_refused("{'particles': 8, 'length': 8, 'diameter': 0.5, 'interaction': {'type': "
                    "'sticky', 'strength': 1, 'range': 0.1}, 'time_step': 1e-2, 'time': 1, " DENSITY,
                    "/time_step");
+}
+
+static void test_hardly_any_room_is_none(void **state)
+{
+    (void)state;
+    const char *job = "{'particles': 10, 'length': %.17g, 'diameter': 0.5, 'time': 1, " DENSITY;
+    static const double cases[] = {5, 5 - 1e-14, 5 + 4e-12};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+        struct bcd_scene *scene = experiment_scene(job, cases[i]);
+#pragma GCC diagnostic pop
+        assert_true(experiment_fact(scene, "free_length") == 0);
+        assert_true(experiment_fact(scene, "steps") < 1e6);
+        bcd_scene_free(scene);
+    }
+    assert_true(fact_of("{'particles': 10, 'length': 5.000000001, 'diameter': 0.5, 'time_step': 1,"
+                        " 'time': 1, " DENSITY,
+                        "free_length") > 0.9e-9);
 }
 
 static void test_counts_of_steps(void **state)
@@ -216,6 +236,7 @@ int main(void)
         cmocka_unit_test(test_length_is_a_whole_number_of_periods),
         cmocka_unit_test(test_steps_too_long_for_the_potential_are_refused),
         cmocka_unit_test(test_interactions_beyond_numbers_are_refused),
+        cmocka_unit_test(test_hardly_any_room_is_none),
         cmocka_unit_test(test_counts_of_steps),
         cmocka_unit_test(test_integers_have_exact_limits),
         cmocka_unit_test(test_lags),
