@@ -204,8 +204,8 @@ static void keep_origins(struct observer *o, const struct sim *sim, int64_t tick
 {
     const struct msd_lags *lags = &((struct msd_memory *)o->memory)->lags;
     for (int64_t l = 0; l < lags->strides; l++) {
-        if (tick % lags->stride[l] != 0)
-            break; /* strides are powers of two, rising */
+        if (tick & (lags->stride[l] - 1))
+            break; /* they rise */
         double *frame = frame_at(o, l, tick);
         frame[0] = (double)sim->clock->turns;
         memcpy(frame + 1, sim->y, (size_t)o->plan->particles * sizeof *frame);
@@ -226,7 +226,7 @@ static int64_t msd_next(const struct observer *o, int64_t after)
     int64_t next = (after / lags->stride[0] + 1) * lags->stride[0]; /* the next origin */
     for (int64_t k = 0; k < lags->count; k++) {
         int64_t stride = lags->stride[lags->level[k]], lag = lags->lag[k];
-        int64_t due = after < lag ? lag : lag + ((after - lag) / stride + 1) * stride;
+        int64_t due = after < lag ? lag : lag + ((after - lag) | (stride - 1)) + 1;
         next = due < next ? due : next;
     }
     return next;
@@ -240,7 +240,7 @@ static void msd_sample(struct observer *o, const struct sim *sim)
     int64_t tick = sim_measured(sim);
     for (int64_t k = 0; k < lags->count && lags->lag[k] <= tick; k++) {
         int64_t origin = tick - lags->lag[k];
-        if (origin % lags->stride[lags->level[k]] != 0)
+        if (origin & (lags->stride[lags->level[k]] - 1)) /* strides are powers of two */
             continue;
         const double *frame = frame_at(o, lags->level[k], origin);
         double turned = ((double)sim->clock->turns - frame[0]) * plan->length;
