@@ -63,8 +63,8 @@ enum bcd_status lifson_jackson(double *diffusion, const struct one_rod *rod,
  * 010602) under a constant force:
  *   I+(x) = <exp([V(x) - V(x-z)]/kT)>_z, I-(x) = <exp([V(x+z) - V(x)]/kT)>_z, V = U - f x, z in (0, P)
  *   v = (D/P) (1 - exp(-f P/kT)) / <I+>,   D_eff = D <I+^2 I-> / <I+>^3.
- * Refused when the energies of one period span more than 600 kT, or the quadrature does not settle
- * to 1e-10. */
+ * Refused when the barrier that is left is higher than 600 kT, or the quadrature does not settle to
+ * 1e-10. */
 enum bcd_status tilted_drift(double *velocity, double *diffusion, const struct one_rod *rod,
                              struct bcd_error *error);
 

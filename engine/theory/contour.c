@@ -20,8 +20,7 @@
 
 #include "pairs.h"
 
-enum { FILTER_ORDER = 16 };
-static const size_t points[] = {15, 23, 35, 53, 79, 119, 179, 269};
+static const size_t points[] = {15, 23, 35, 45, 57, 71, 89, 111, 139, 175, 219, 271};
 
 struct contour {
     const struct model *model;
@@ -43,9 +42,8 @@ static void swap(struct matrix *a, struct matrix *b)
     *b = keep;
 }
 
-/* K_s / lambda. Cut off sharply, the modes of a narrow interaction, still large at the edge of the
- * grid, would make up growing eigenvectors of their own there; they are faded out instead. The fading
- * depends on the wave number alone, so that theta and theta + 2 pi stay the same. */
+/* K_s / lambda, faded out at the edge of the grid (transfer.h). The fading depends on the wave number
+ * alone, so that theta and theta + 2 pi stay the same. */
 static void build_step(struct contour *c, double complex s)
 {
     struct transfer *t = &c->transfer;
@@ -57,7 +55,7 @@ static void build_step(struct contour *c, double complex s)
     kernel_modes(&args, t->mode);
     for (size_t k = 0; k < n; k++) {
         double wave = (double)k - (double)t->grid.half - cimag(s) * c->model->period / (2 * PI);
-        t->mode[k] *= exp(-36 * pow(2 * wave / (double)n, FILTER_ORDER));
+        t->mode[k] *= transfer_fade(&t->grid, wave);
     }
     kernel_column(&t->grid, t->mode, t->complex_column);
     for (size_t i = 0; i < n; i++) {
@@ -197,12 +195,12 @@ static enum bcd_status prepare(struct contour *c, size_t n, struct bcd_error *er
     return status ? theory_fail(error, status, "out of memory") : BCD_OK;
 }
 
-/* Half of them reach six standard deviations of the length of the chain to either side. */
+/* Half of them reach eight standard deviations of the length of the chain to either side. */
 static double count_thetas(const struct contour *c)
 {
     double deviation =
         sqrt((double)c->model->system.particles * c->transfer.gap_variance) / c->model->period;
-    return 2 * ceil(6 * deviation + 3);
+    return 2 * ceil(8 * deviation + 3);
 }
 
 static enum bcd_status integrate(struct contour *c, struct bcd_error *error)

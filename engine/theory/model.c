@@ -4,6 +4,7 @@
 
 #include "tools.h"
 
+#define ROUNDING (1 + 1e-12)
 enum { RULE = 16 }; /* points of one Gauss-Legendre panel */
 
 static enum bcd_status check_pair(const struct theory_system *system, struct bcd_error *error)
@@ -86,9 +87,8 @@ static enum bcd_status check_wanted(const struct model *model, struct bcd_error 
         return theory_fail(error, BCD_INVALID, "more than %d bins", MOST);
     }
     if (!(w->contact_gap >= 0 && w->contact_gap < model->free_length) ||
-        (w->gap_bins && !(w->gap_last > 0 && w->gap_last <= model->free_length)) ||
-        (w->pair_bins &&
-         !(w->pair_last > 0 && w->pair_last <= model->system.length - model->system.diameter))) {
+        (w->gap_bins && !(w->gap_last > 0 && w->gap_last <= model->free_length * ROUNDING)) ||
+        (w->pair_bins && !(w->pair_last > 0 && w->pair_last <= model->system.length / 2))) {
         return theory_fail(error, BCD_INVALID,
                            "contact gap %g, last gap %g or last distance %g does not fit the ring",
                            w->contact_gap, w->gap_last, w->pair_last);

@@ -58,16 +58,22 @@ enum bcd_status lifson_jackson(double *diffusion, const struct one_rod *rod,
     return theory_fail(error, BCD_INVALID, "one rod: the averages of exp(+-U/kT) do not settle");
 }
 
-/* One run over x with all integrals on panels. The force is taken positive: with a negative one the
- * potential is mirrored. Arrays over the points x of the rule, ascending. */
+/* One run over x on panels. The force is taken positive: with a negative one the potential is
+ * mirrored. With V = U - f x, in units of kT, and V(P) = V(0) - drop,
+ *
+ *   S(x) = e^{V(x)} int_0^x e^{-V},  R(x) = e^{-V(x)} int_x^P e^V
+ *   P I+ = (1 - e^{-drop}) S(x) + e^{V(x) - V(0)} S(P)
+ *   P I- = (1 - e^{-drop}) R(x) + e^{V(P) - V(x)} R(0)
+ *
+ * S and R go from panel to panel with differences of V alone: nothing larger than the barrier's
+ * exponential ever occurs, whatever the drop, and that factor is taken out. */
 struct tilt {
     const struct one_rod *rod;
     double mirror, drop; /* +-1; f P/kT */
-    size_t count;
-    double *v;               /* [count] V/kT */
-    double *up, *down;       /* [count] exp(V - highest), exp(lowest - V) */
-    double *up_below, *down_below; /* [count + 1] integrals up to each point, and up to P */
-    double highest, lowest;
+    double barrier;      /* largest rise of V on the way down, within a period */
+    size_t panels;
+    double *v, *edge;    /* [panels RULE], [panels + 1] V at the points and between the panels */
+    double *plus, *minus; /* [panels RULE] S, R; then I+ and I-: over exp(barrier) */
     double node[RULE], weight[RULE], below[RULE][RULE];
 };
 
@@ -92,58 +98,88 @@ static void rule_below(struct tilt *tilt)
     }
 }
 
-/* below[i] = integral of f from 0 to point i; below[count] = to the end. */
-static void accumulate(const struct tilt *tilt, const double *f, double width, double *below)
+static double tilted_energy(const struct tilt *tilt, double x)
 {
-    double sum = 0;
-    for (size_t start = 0; start < tilt->count; start += RULE) {
-        double whole = 0;
+    const struct one_rod *rod = tilt->rod;
+    return rod->energy(rod->ctx, tilt->mirror * x) / rod->kT - tilt->drop * x / rod->period;
+}
+
+static bool tabulate(struct tilt *tilt)
+{
+    double width = tilt->rod->period / (double)tilt->panels, lowest = INFINITY;
+    tilt->barrier = 0;
+    /* Two periods: the rise may lie across the end of the first. */
+    for (size_t i = 0; i < 2 * tilt->panels * RULE; i++) {
+        size_t k = i % (tilt->panels * RULE);
+        double fallen = k == i ? 0 : tilt->drop;
+        if (k == i) {
+            double x = width * ((double)(i / RULE) + (tilt->node[i % RULE] + 1) / 2);
+            tilt->v[i] = tilted_energy(tilt, x);
+        }
+        lowest = fmin(lowest, tilt->v[k] - fallen);
+        tilt->barrier = fmax(tilt->barrier, tilt->v[k] - fallen - lowest);
+    }
+    for (size_t panel = 0; panel <= tilt->panels; panel++) {
+        tilt->edge[panel] = tilted_energy(tilt, width * (double)panel);
+    }
+    return tilt->barrier < 600;
+}
+
+/* S at all points; returns S(P). */
+static double sweep_right(struct tilt *tilt)
+{
+    double half = tilt->rod->period / (2 * (double)tilt->panels), running = 0;
+    for (size_t panel = 0; panel < tilt->panels; panel++) {
+        const double *v = tilt->v + panel * RULE;
+        double *out = tilt->plus + panel * RULE;
+        double end = tilt->edge[panel + 1], whole = 0;
         for (size_t tau = 0; tau < RULE; tau++) {
             double part = 0;
             for (size_t nu = 0; nu < RULE; nu++) {
-                part += tilt->below[tau][nu] * f[start + nu];
+                part += tilt->below[tau][nu] * exp(v[tau] - v[nu] - tilt->barrier);
             }
-            below[start + tau] = sum + part * width / 2;
-            whole += tilt->weight[tau] * f[start + tau] * width / 2;
+            out[tau] = running * exp(v[tau] - tilt->edge[panel]) + half * part;
+            whole += half * tilt->weight[tau] * exp(end - v[tau] - tilt->barrier);
         }
-        sum += whole;
+        running = running * exp(end - tilt->edge[panel]) + whole;
     }
-    below[tilt->count] = sum;
+    return running;
 }
 
-static bool tabulate(struct tilt *tilt, double width)
+/* R at all points; returns R(0). */
+static double sweep_left(struct tilt *tilt)
 {
-    const struct one_rod *rod = tilt->rod;
-    tilt->highest = -INFINITY;
-    tilt->lowest = INFINITY;
-    for (size_t i = 0; i < tilt->count; i++) {
-        double x = width * ((double)(i / RULE) + (tilt->node[i % RULE] + 1) / 2);
-        double v = rod->energy(rod->ctx, tilt->mirror * x) / rod->kT - tilt->drop * x / rod->period;
-        tilt->v[i] = v;
-        tilt->highest = fmax(tilt->highest, v);
-        tilt->lowest = fmin(tilt->lowest, v);
+    double half = tilt->rod->period / (2 * (double)tilt->panels), running = 0;
+    for (size_t panel = tilt->panels; panel-- > 0;) {
+        const double *v = tilt->v + panel * RULE;
+        double *out = tilt->minus + panel * RULE;
+        double start = tilt->edge[panel], end = tilt->edge[panel + 1], whole = 0;
+        for (size_t tau = 0; tau < RULE; tau++) {
+            double part = 0;
+            for (size_t nu = 0; nu < RULE; nu++) {
+                /* The rest of the panel, beyond tau. */
+                double share = tilt->weight[nu] - tilt->below[tau][nu];
+                part += share * exp(v[nu] - v[tau] - tilt->barrier);
+            }
+            out[tau] = running * exp(end - v[tau]) + half * part;
+            whole += half * tilt->weight[tau] * exp(v[tau] - start - tilt->barrier);
+        }
+        running = running * exp(end - start) + whole;
     }
-    for (size_t i = 0; i < tilt->count; i++) {
-        tilt->up[i] = exp(tilt->v[i] - tilt->highest);
-        tilt->down[i] = exp(tilt->lowest - tilt->v[i]);
-    }
-    return tilt->highest - tilt->lowest < 600;
+    return running;
 }
 
-/* <I+> and <I+^2 I->, both I over exp(highest - lowest), in units of the period. */
-static void moments(struct tilt *tilt, double width, double *mean, double *cubic)
+/* <I+> and <I+^2 I-> over exp(barrier), exp(3 barrier). */
+static void moments(struct tilt *tilt, double *mean, double *cubic)
 {
-    double period = tilt->rod->period, factor = exp(-tilt->drop);
-    accumulate(tilt, tilt->up, width, tilt->up_below);
-    accumulate(tilt, tilt->down, width, tilt->down_below);
-    double up_all = tilt->up_below[tilt->count], down_all = tilt->down_below[tilt->count];
+    double period = tilt->rod->period, kept = -expm1(-tilt->drop);
+    double s_end = sweep_right(tilt), r_start = sweep_left(tilt);
+    double first = tilt->edge[0], last = tilt->edge[tilt->panels];
     *mean = *cubic = 0;
-    for (size_t i = 0; i < tilt->count; i++) {
-        /* (x - P, x) = (x - P, 0) + (0, x), the first a period on, where exp(-V) is larger. */
-        double below = tilt->down_below[i] + factor * (down_all - tilt->down_below[i]);
-        double above = (up_all - tilt->up_below[i]) + factor * tilt->up_below[i];
-        double plus = tilt->up[i] * below / period, minus = tilt->down[i] * above / period;
-        double share = tilt->weight[i % RULE] * width / 2 / period;
+    for (size_t i = 0; i < tilt->panels * RULE; i++) {
+        double plus = (kept * tilt->plus[i] + exp(tilt->v[i] - first) * s_end) / period;
+        double minus = (kept * tilt->minus[i] + exp(last - tilt->v[i]) * r_start) / period;
+        double share = tilt->weight[i % RULE] / (2 * (double)tilt->panels);
         *mean += share * plus;
         *cubic += share * plus * plus * minus;
     }
@@ -155,13 +191,13 @@ static enum bcd_status settle(struct tilt *tilt, double *velocity, double *diffu
     const struct one_rod *rod = tilt->rod;
     double before_v = NAN, before_d = NAN;
     for (size_t panels = 8; panels <= PANELS_MAX; panels *= 2) {
-        double width = rod->period / (double)panels, mean, cubic;
-        tilt->count = panels * RULE;
-        if (!tabulate(tilt, width)) {
+        double mean, cubic;
+        tilt->panels = panels;
+        if (!tabulate(tilt)) {
             break;
         }
-        moments(tilt, width, &mean, &cubic);
-        double scale = exp(tilt->lowest - tilt->highest);
+        moments(tilt, &mean, &cubic);
+        double scale = exp(-tilt->barrier);
         double v = tilt->mirror * rod->D / rod->period * -expm1(-tilt->drop) * scale / mean;
         double d = rod->D * cubic / (mean * mean * mean);
         if (fabs(v - before_v) <= 1e-10 * fabs(v) && fabs(d - before_d) <= 1e-10 * d) {
@@ -173,8 +209,8 @@ static enum bcd_status settle(struct tilt *tilt, double *velocity, double *diffu
         before_d = d;
     }
     return theory_fail(error, BCD_INVALID,
-                       "one rod: drift and diffusion do not settle, energies spanning %.3g kT",
-                       tilt->highest - tilt->lowest);
+                       "one rod: drift and diffusion do not settle, with a barrier of %.3g kT",
+                       tilt->barrier);
 }
 
 enum bcd_status tilted_drift(double *velocity, double *diffusion, const struct one_rod *rod,
@@ -190,10 +226,9 @@ enum bcd_status tilted_drift(double *velocity, double *diffusion, const struct o
                         .drop = fabs(rod->force) * rod->period / rod->kT};
     size_t most = PANELS_MAX * RULE;
     tilt.v = scratch_doubles(&scratch, most);
-    tilt.up = scratch_doubles(&scratch, most);
-    tilt.down = scratch_doubles(&scratch, most);
-    tilt.up_below = scratch_doubles(&scratch, most + 1);
-    tilt.down_below = scratch_doubles(&scratch, most + 1);
+    tilt.edge = scratch_doubles(&scratch, PANELS_MAX + 1);
+    tilt.plus = scratch_doubles(&scratch, most);
+    tilt.minus = scratch_doubles(&scratch, most);
     if (scratch.failed) {
         status = theory_fail(error, BCD_NO_MEMORY, "out of memory");
     } else {

@@ -464,6 +464,18 @@ static bool attempt(struct draw *d, double *first)
     return uniform(d) * s->bound < factor;
 }
 
+/* Rod 0 to its place, the others relative to it. Coordinates are rounded to 2^-32 of a period, so that
+ * the last bits of exp and log, which differ from machine to machine, do not show. */
+static void place(const struct theory_sampler *s, double *y, double first, double turn)
+{
+    double unit = s->model.period * 0x1p-32, ell = s->model.free_length;
+    first = rint(first / unit) * unit + turn * s->model.period;
+    for (int64_t i = 0; i < s->model.system.particles; i++) {
+        double relative = fmin(rint(y[i] / unit) * unit, ell);
+        y[i] = first + (y[i] == ell ? ell : relative);
+    }
+}
+
 enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
                                     const struct theory_uniforms *uniforms,
                                     struct bcd_error *error)
@@ -478,9 +490,7 @@ enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double
                                (long long)sampler->model.system.particles, BUDGET);
         }
     }
-    first += floor(uniform(&draw) * sampler->periods) * sampler->model.period;
-    for (int64_t i = 0; i < sampler->model.system.particles; i++) {
-        y[i] += first;
-    }
+    double turn = floor(uniform(&draw) * sampler->periods);
+    place(sampler, y, first, turn);
     return BCD_OK;
 }

@@ -63,9 +63,9 @@ struct theory_wanted {
     size_t contact_bins;
     double contact_gap; /* window Delta' of a measured contact density; 0: none */
     size_t pair_bins;
-    double pair_last; /* largest distance of the pair distribution, at most L - sigma */
+    double pair_last; /* largest distance of the pair distribution, at most L/2 */
     size_t gap_bins;
-    double gap_last;  /* largest gap of the gap distribution */
+    double gap_last;  /* largest gap of the gap distribution, at most L - N sigma */
     double tolerance; /* relative error to be reached; 0: 1e-9 */
 };
 

@@ -21,16 +21,31 @@ void transfer_column(struct transfer *t, const struct measure *measure, double c
     kernel_column(&t->grid, t->mode, t->complex_column);
 }
 
+/* See transfer.h. */
+double transfer_fade(const struct grid *grid, double mode)
+{
+    double x = 2 * mode / (double)grid->n;
+    x *= x;
+    x *= x;
+    x *= x;
+    return exp(-36 * x * x);
+}
+
+enum kind { PLAIN, FADED, MOMENT };
+
 /* Real circulant times weight at pressure p: matrix[i][j] = g_{i-j} w_j. */
-static void build_matrix(struct transfer *t, double p, int moment, double *matrix)
+static void build_matrix(struct transfer *t, double p, enum kind kind, double *matrix)
 {
     size_t n = t->grid.n;
     struct kernel_args args = {.grid = &t->grid,
                                .measure = &t->all,
                                .diameter = t->model->system.diameter,
                                .s = p,
-                               .moment = moment};
+                               .moment = kind == MOMENT};
     kernel_modes(&args, t->mode);
+    for (size_t k = 0; k < n && kind == FADED; k++) {
+        t->mode[k] *= transfer_fade(&t->grid, (double)k - (double)t->grid.half);
+    }
     kernel_column(&t->grid, t->mode, t->complex_column);
     for (size_t i = 0; i < n; i++) {
         for (size_t j = 0; j < n; j++) {
@@ -137,7 +152,6 @@ static enum bcd_status solve_at(struct transfer *t, double p, double *shifted, d
 {
     size_t n = t->grid.n;
     t->p = p;
-    build_matrix(t, p, 0, t->matrix);
     int powers = 40;
     for (int attempt = 0; attempt < 3; attempt++, powers *= 20) {
         if (attempt > 0) {
@@ -146,12 +160,14 @@ static enum bcd_status solve_at(struct transfer *t, double p, double *shifted, d
                 t->left[i] = t->grid.weight[i];
             }
         }
+        build_matrix(t, p, FADED, t->matrix);
         power_iterations(t, powers);
+        build_matrix(t, p, PLAIN, t->matrix);
         double residual = rayleigh_iterations(t, shifted);
         /* A last product makes small components as exact, relatively, as the factor w in them. */
         power_iterations(t, 1);
         if (residual < 1e-10 && t->lambda > 0 && positive(n, t->right) && positive(n, t->left)) {
-            build_matrix(t, p, 1, shifted);
+            build_matrix(t, p, MOMENT, shifted);
             multiply(n, shifted, t->right, t->work);
             double scale = dot(n, t->left, t->right);
             *mean_gap = dot(n, t->left, t->work) / (t->lambda * scale);

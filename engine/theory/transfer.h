@@ -39,6 +39,11 @@ enum bcd_status transfer_init(struct transfer *transfer, const struct model *mod
 /* Column of the circulant of a measure at s, without lambda: transfer->complex_column. */
 void transfer_column(struct transfer *transfer, const struct measure *measure, double complex s);
 
+/* Factor of mode number `mode` (not necessarily whole) that fades out the modes towards the edge of
+ * the grid. Cut off sharply, the modes of a narrow interaction, still large there, would make up
+ * growing eigenvectors of their own. */
+double transfer_fade(const struct grid *grid, double mode);
+
 /* Highest wave number of the grid. */
 double transfer_wave_number(const struct model *model, size_t n);
 
