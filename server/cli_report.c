@@ -8,7 +8,7 @@
 /* Names as after `bcd`: help and complaints say "bcd report figures". */
 static const struct cli_command reports[] = {
     {.name = "report figures",
-     .usage = "[--out DIR] [--only TEXT] [--full] [--workers N] [--quiet] | --jobs [--full]",
+     .usage = "[--out DIR] [--only TEXT] [--full] [--method M] [--workers N] [--quiet] [--jobs]",
      .doc =
          "simulates Figs. 3, 4 and 6 of the 2022 paper beside exact theory\n"
          "Density and contact density of hard rods (Figs. 3, 4), both of sticky rods (Fig. 6);\n"
@@ -27,6 +27,7 @@ static const struct cli_command reports[] = {
          "  --out DIR    where files go; made when missing (default: figures)\n"
          "  --only TEXT  only scenes whose name contains it: fig4, fig3-sigma0.2, gamma10\n"
          "  --full       long runs with smaller steps: HOURS of one core, not 4 minutes\n"
+         "  --method M   another method than bcd, with the time step it chooses itself\n"
          "  --workers N  threads (default: all cores)\n"
          "  --jobs       runs nothing: prints all jobs, completed, as one JSON object\n"
          "  --quiet      no progress bar (there is none either unless stderr is a terminal)",

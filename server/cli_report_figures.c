@@ -23,7 +23,7 @@
 enum { PANELS_MAX = 32, WORDS_SIZE = 96 };
 
 struct options {
-    const char *out, *only;
+    const char *out, *only, *method;
     bool full, jobs, quiet, help;
     int64_t workers;
 };
@@ -93,10 +93,15 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
                          struct options *options)
 {
     static const struct option names[] = {
-        {"out", required_argument, NULL, 'o'}, {"only", required_argument, NULL, 'n'},
-        {"full", no_argument, NULL, 'f'},      {"workers", required_argument, NULL, 'w'},
-        {"jobs", no_argument, NULL, 'j'},      {"quiet", no_argument, NULL, 'q'},
-        {"help", no_argument, NULL, 'h'},      {0},
+        {"out", required_argument, NULL, 'o'},
+        {"only", required_argument, NULL, 'n'},
+        {"method", required_argument, NULL, 'm'},
+        {"full", no_argument, NULL, 'f'},
+        {"workers", required_argument, NULL, 'w'},
+        {"jobs", no_argument, NULL, 'j'},
+        {"quiet", no_argument, NULL, 'q'},
+        {"help", no_argument, NULL, 'h'},
+        {0},
     };
     int c;
     *options = (struct options){.out = "figures", .workers = cli_cores()};
@@ -108,6 +113,9 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
             break;
         case 'n':
             options->only = optarg;
+            break;
+        case 'm':
+            options->method = optarg;
             break;
         case 'f':
             options->full = true;
@@ -173,16 +181,20 @@ static int write_take(const struct options *options, const char *name, char *con
 
 /* -------------------------------------------------------------------- jobs */
 
-/* The table's own jobs are right, or this program is not. */
-static int load_scene(const struct report_scene *row, bool full, struct bcd_scene **scene)
+/* The table's own jobs are right; but a method that the user chose may not suit them. */
+static int load_scene(const struct report_scene *row, const struct options *options,
+                      struct bcd_scene **scene)
 {
     struct bcd_errors errors = {0};
-    char *json = report_scene_json(row, full);
+    char *json = report_scene_json(row, options->full, options->method);
     enum bcd_status status =
         json ? scene_json_parse(json, strlen(json), scene, &errors) : BCD_NO_MEMORY;
-    if (status != BCD_OK)
-        fprintf(stderr, "bcd: %s %s: %s\n", json ? json : "", errors.items[0].field,
+    if (status != BCD_OK) {
+        char name[REPORT_NAME_SIZE];
+        report_scene_name(row, name);
+        fprintf(stderr, "bcd: %s: %s %s\n", name, errors.items[0].field,
                 errors.count ? errors.items[0].text : bcd_status_text(status));
+    }
     free(json);
     return status == BCD_OK ? CLI_OK : CLI_FAILED;
 }
@@ -197,7 +209,7 @@ static int print_jobs(const struct options *options)
         char name[REPORT_NAME_SIZE];
         if (!wanted(row, options))
             continue;
-        status = load_scene(row, options->full, &scene);
+        status = load_scene(row, options, &scene);
         char *job = status == CLI_OK ? scene_json_job(scene) : NULL;
         report_scene_name(row, name);
         text_add(&text, "%s\"%s\":%s", text.size ? ",\n" : "{", name, job ? job : "");
@@ -439,7 +451,7 @@ static int report_one(struct report *report, const struct report_scene *row)
     char name[REPORT_NAME_SIZE], label[REPORT_NAME_SIZE + 32];
     report_scene_name(row, name);
     snprintf(label, sizeof label, "%zu/%zu %s ", ++report->done, report->scenes, name);
-    int status = load_scene(row, report->options->full, &scene);
+    int status = load_scene(row, report->options, &scene);
     struct cli_simulation simulation = {.scene = scene,
                                         .workers = report->options->workers,
                                         .quiet = report->options->quiet,

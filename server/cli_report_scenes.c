@@ -117,7 +117,7 @@ static void add_observables(struct text *text, const struct report_figure *figur
     text_add(text, "}");
 }
 
-char *report_scene_json(const struct report_scene *scene, bool full)
+char *report_scene_json(const struct report_scene *scene, bool full, const char *method)
 {
     const struct report_figure *figure = figures;
     const struct report_effort *effort = &scene->effort[full];
@@ -126,7 +126,7 @@ char *report_scene_json(const struct report_scene *scene, bool full)
         figure++;
     text_add(&text,
              "{\"model\":\"hard_rods\",\"particles\":%ld,\"length\":%d,\"mobility\":1,"
-             "\"temperature\":1,\"boundary\":\"periodic\",\"method\":\"bcd\","
+             "\"temperature\":1,\"boundary\":\"periodic\","
              "\"initial\":\"equilibrium\",\"seed\":1,\"realizations\":%d,"
              "\"potential\":{\"type\":\"cosine\",\"amplitude\":%d,\"wavelength\":1}",
              lround(scene->density * SYSTEM_LENGTH), SYSTEM_LENGTH, effort->realizations,
@@ -139,7 +139,12 @@ char *report_scene_json(const struct report_scene *scene, bool full)
         text_add(&text, "}");
     }
     add_member(&text, "diameter", scene->diameter);
-    add_member(&text, "time_step", effort->time_step);
+    text_add(&text, ",\"method\":");
+    text_add_json_string(&text, method ? method : "bcd");
+    if (method)
+        text_add(&text, ",\"time_step\":\"auto\"");
+    else
+        add_member(&text, "time_step", effort->time_step);
     add_member(&text, "time", effort->time);
     add_observables(&text, figure);
     text_add(&text, "}");
