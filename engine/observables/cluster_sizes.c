@@ -6,10 +6,10 @@
  * a small positive `gap` gives a measure that converges.
  */
 #include "part.h"
+#include "counts.h"
 #include "table.h"
 
 #include <math.h>
-#include <string.h>
 
 struct cluster_par {
     double gap;
@@ -34,12 +34,6 @@ static const struct bcd_param cluster_params[] = {
     {0},
 };
 
-/* counts[s - 1] clusters of s rods in the block in progress. */
-struct cluster_memory {
-    int64_t clusters;
-    int64_t counts[];
-};
-
 static size_t cluster_count(const void *par, const struct plan *plan)
 {
     const struct cluster_par *p = par;
@@ -48,7 +42,7 @@ static size_t cluster_count(const void *par, const struct plan *plan)
 
 static size_t cluster_memory(const void *par, const struct plan *plan)
 {
-    return sizeof(struct cluster_memory) + cluster_count(par, plan) * sizeof(int64_t);
+    return counts_memory(cluster_count(par, plan));
 }
 
 static double cluster_sample_ns(const void *par, const struct plan *plan)
@@ -57,18 +51,12 @@ static double cluster_sample_ns(const void *par, const struct plan *plan)
     return 1.5;
 }
 
-static void cluster_begin(struct observer *o, const struct sim *sim)
-{
-    (void)sim;
-    memset(o->memory, 0, cluster_memory(o->par, o->plan));
-}
-
 static void count_cluster(struct observer *o, int64_t size)
 {
-    struct cluster_memory *memory = o->memory;
+    struct counts *counts = o->memory;
     int64_t largest = (int64_t)o->count;
-    memory->counts[(size < largest ? size : largest) - 1]++;
-    memory->clusters++;
+    counts->bin[(size < largest ? size : largest) - 1]++;
+    counts->samples++;
 }
 
 /* Clusters are the stretches between open gaps; the one across the seam starts after the last. */
@@ -101,10 +89,8 @@ static void cluster_sample(struct observer *o, const struct sim *sim)
 
 static void cluster_end_block(struct observer *o, const struct sim *sim, double *values)
 {
-    struct cluster_memory *memory = o->memory;
-    for (size_t i = 0; i < o->count; i++)
-        values[i] = memory->clusters ? (double)memory->counts[i] / (double)memory->clusters : NAN;
-    cluster_begin(o, sim);
+    (void)sim;
+    counts_end_block(o, 1, values);
 }
 
 static enum bcd_status cluster_describe(const void *par, const struct plan *plan,
@@ -144,7 +130,7 @@ const struct observable_type observable_cluster_sizes = {
     .one_view = true, /* a drift ends in exact contacts: the other view says nothing */
     .count = cluster_count,
     .memory = cluster_memory,
-    .begin = cluster_begin,
+    .begin = counts_begin,
     .sample = cluster_sample,
     .end_block = cluster_end_block,
     .describe = cluster_describe,

@@ -10,11 +10,11 @@
  * longest step that the rule below allows.
  */
 #include "part.h"
+#include "counts.h"
 #include "table.h"
 #include "kernels/histogram.h"
 
 #include <math.h>
-#include <string.h>
 
 struct contact_par {
     int64_t bins;
@@ -41,11 +41,6 @@ static const struct bcd_param contact_params[] = {
     {0},
 };
 
-struct contact_memory {
-    int64_t samples;
-    int64_t counts[];
-};
-
 static size_t contact_count(const void *par, const struct plan *plan)
 {
     (void)plan;
@@ -54,7 +49,7 @@ static size_t contact_count(const void *par, const struct plan *plan)
 
 static size_t contact_memory(const void *par, const struct plan *plan)
 {
-    return sizeof(struct contact_memory) + contact_count(par, plan) * sizeof(int64_t);
+    return counts_memory(contact_count(par, plan));
 }
 
 static void contact_check(const struct bcd_group *group, const struct plan *plan,
@@ -80,16 +75,10 @@ static double contact_sample_ns(const void *par, const struct plan *plan)
     return 1.5;
 }
 
-static void contact_begin(struct observer *o, const struct sim *sim)
-{
-    (void)sim;
-    memset(o->memory, 0, contact_memory(o->par, o->plan));
-}
-
 static void contact_sample(struct observer *o, const struct sim *sim)
 {
     const struct plan *plan = o->plan;
-    struct contact_memory *memory = o->memory;
+    struct counts *counts = o->memory;
     const double gap = ((const struct contact_par *)o->par)->gap;
     const struct fold fold = {1 / plan->period, (int64_t)o->count};
     const double *y = sim->seen;
@@ -97,21 +86,18 @@ static void contact_sample(struct observer *o, const struct sim *sim)
     for (int64_t i = 0; i < pairs; i++) {
         double next = i + 1 < n ? y[i + 1] : y[0] + plan->free_length;
         if (next - y[i] <= gap)
-            memory->counts[fold_bin(&fold, y[i] + (double)i * plan->diameter)]++;
+            counts->bin[fold_bin(&fold, y[i] + (double)i * plan->diameter)]++;
     }
-    memory->samples++;
+    counts->samples++;
 }
 
 static void contact_end_block(struct observer *o, const struct sim *sim, double *values)
 {
+    (void)sim;
     const struct plan *plan = o->plan;
     const struct contact_par *par = o->par;
-    struct contact_memory *memory = o->memory;
     double width = plan->period / (double)o->count;
-    double unit = 1 / ((double)memory->samples * width * (double)plan->periods * par->gap);
-    for (size_t i = 0; i < o->count; i++)
-        values[i] = memory->samples ? (double)memory->counts[i] * unit : NAN;
-    contact_begin(o, sim);
+    counts_end_block(o, 1 / (width * (double)plan->periods * par->gap), values);
 }
 
 static enum bcd_status contact_describe(const void *par, const struct plan *plan,
@@ -161,7 +147,7 @@ const struct observable_type observable_contact_density = {
     .one_view = true, /* a drift ends in exact contacts: the other view says nothing */
     .count = contact_count,
     .memory = contact_memory,
-    .begin = contact_begin,
+    .begin = counts_begin,
     .sample = contact_sample,
     .end_block = contact_end_block,
     .describe = contact_describe,

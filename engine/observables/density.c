@@ -5,11 +5,11 @@
  * Its mean over the period is N / L.
  */
 #include "part.h"
+#include "counts.h"
 #include "table.h"
 #include "kernels/histogram.h"
 
 #include <math.h>
-#include <string.h>
 
 struct density_par {
     int64_t bins;
@@ -26,12 +26,6 @@ static const struct bcd_param density_params[] = {
     {0},
 };
 
-/* The block in progress: samples taken, then counts[bins]. */
-struct density_memory {
-    int64_t samples;
-    int64_t counts[];
-};
-
 static size_t density_count(const void *par, const struct plan *plan)
 {
     (void)plan;
@@ -40,7 +34,7 @@ static size_t density_count(const void *par, const struct plan *plan)
 
 static size_t density_memory(const void *par, const struct plan *plan)
 {
-    return sizeof(struct density_memory) + density_count(par, plan) * sizeof(int64_t);
+    return counts_memory(density_count(par, plan));
 }
 
 static double density_sample_ns(const void *par, const struct plan *plan)
@@ -49,30 +43,21 @@ static double density_sample_ns(const void *par, const struct plan *plan)
     return 2;
 }
 
-static void density_begin(struct observer *o, const struct sim *sim)
-{
-    (void)sim;
-    memset(o->memory, 0, density_memory(o->par, o->plan));
-}
-
 static void density_sample(struct observer *o, const struct sim *sim)
 {
     const struct plan *plan = o->plan;
-    struct density_memory *memory = o->memory;
+    struct counts *counts = o->memory;
     struct fold fold = {1 / plan->period, (int64_t)o->count};
-    histogram_add(memory->counts, &fold, sim->seen, plan->particles, plan->diameter);
-    memory->samples++;
+    histogram_add(counts->bin, &fold, sim->seen, plan->particles, plan->diameter);
+    counts->samples++;
 }
 
 static void density_end_block(struct observer *o, const struct sim *sim, double *values)
 {
+    (void)sim;
     const struct plan *plan = o->plan;
-    struct density_memory *memory = o->memory;
     double width = plan->period / (double)o->count;
-    double unit = 1 / ((double)memory->samples * width * (double)plan->periods);
-    for (size_t i = 0; i < o->count; i++)
-        values[i] = memory->samples ? (double)memory->counts[i] * unit : NAN;
-    density_begin(o, sim);
+    counts_end_block(o, 1 / (width * (double)plan->periods), values);
 }
 
 static enum bcd_status density_describe(const void *par, const struct plan *plan,
@@ -109,7 +94,7 @@ const struct observable_type observable_density = {
     .value = "density",
     .count = density_count,
     .memory = density_memory,
-    .begin = density_begin,
+    .begin = counts_begin,
     .sample = density_sample,
     .end_block = density_end_block,
     .describe = density_describe,

@@ -5,10 +5,10 @@
  * count, not only neighbours: g tends to 1 - 1/N.
  */
 #include "part.h"
+#include "counts.h"
 #include "table.h"
 
 #include <math.h>
-#include <string.h>
 
 struct pair_par {
     int64_t bins;
@@ -35,11 +35,6 @@ static const struct bcd_param pair_params[] = {
     {0},
 };
 
-struct pair_memory {
-    int64_t samples;
-    int64_t counts[];
-};
-
 static double pair_last(const void *par, const struct plan *plan)
 {
     double last = ((const struct pair_par *)par)->last;
@@ -55,7 +50,7 @@ static size_t pair_count(const void *par, const struct plan *plan)
 
 static size_t pair_memory(const void *par, const struct plan *plan)
 {
-    return sizeof(struct pair_memory) + pair_count(par, plan) * sizeof(int64_t);
+    return counts_memory(pair_count(par, plan));
 }
 
 static void pair_check(const struct bcd_group *group, const struct plan *plan,
@@ -73,16 +68,10 @@ static double pair_sample_ns(const void *par, const struct plan *plan)
     return 2 + 2 * pair_last(par, plan) * (double)plan->particles / plan->length;
 }
 
-static void pair_begin(struct observer *o, const struct sim *sim)
-{
-    (void)sim;
-    memset(o->memory, 0, pair_memory(o->par, o->plan));
-}
-
 static void pair_sample(struct observer *o, const struct sim *sim)
 {
     const struct plan *plan = o->plan;
-    struct pair_memory *memory = o->memory;
+    struct counts *counts = o->memory;
     const double last = pair_last(o->par, plan), unit = (double)o->count / last;
     const double *y = sim->seen;
     int64_t n = plan->particles;
@@ -94,21 +83,18 @@ static void pair_sample(struct observer *o, const struct sim *sim)
             if (r >= last)
                 break;
             size_t bin = (size_t)(r * unit);
-            memory->counts[bin < o->count ? bin : o->count - 1]++;
+            counts->bin[bin < o->count ? bin : o->count - 1]++;
         }
     }
-    memory->samples++;
+    counts->samples++;
 }
 
 static void pair_end_block(struct observer *o, const struct sim *sim, double *values)
 {
+    (void)sim;
     const struct plan *plan = o->plan;
-    struct pair_memory *memory = o->memory;
     double n = (double)plan->particles, width = pair_last(o->par, plan) / (double)o->count;
-    double unit = plan->length / ((double)memory->samples * n * n * width);
-    for (size_t i = 0; i < o->count; i++)
-        values[i] = memory->samples ? (double)memory->counts[i] * unit : NAN;
-    pair_begin(o, sim);
+    counts_end_block(o, plan->length / (n * n * width), values);
 }
 
 static enum bcd_status pair_describe(const void *par, const struct plan *plan,
@@ -147,7 +133,7 @@ const struct observable_type observable_pair_distribution = {
     .sample_ns = pair_sample_ns,
     .count = pair_count,
     .memory = pair_memory,
-    .begin = pair_begin,
+    .begin = counts_begin,
     .sample = pair_sample,
     .end_block = pair_end_block,
     .describe = pair_describe,
