@@ -283,7 +283,7 @@ static void print_verdict(const struct verdict *v, struct text *summary)
     const struct report_scene *row = v->scene;
     char name[REPORT_NAME_SIZE];
     report_scene_name(row, name);
-    printf("%-4d %-15s %5g %4g %5g %3ld  %-6s %9g %7.4f %7.2f %8.2f %8.2g %8.1f\n", row->figure,
+    printf("%-4d %-15s %5g %4g %5g %3ld  %-6s %9.3g %7.4f %7.2f %8.2f %8.2g %8.1f\n", row->figure,
            v->observable, row->diameter, row->density, row->stickiness, lround(row->density * 100),
            v->method, v->time_step, v->l1, v->z_max, v->chi_square / v->freedom, v->p_value,
            v->core_seconds);
@@ -325,6 +325,14 @@ static void describe_panel(struct sheet *sheet, size_t i)
                                           .remark = isnan(v->l1) ? NULL : sheet->remark[i]};
 }
 
+/* A number for readers: three digits are enough, 0.00169. */
+static void add_rounded(struct text *text, double v)
+{
+    char digits[32];
+    snprintf(digits, sizeof digits, "%.3g", v);
+    text_add_number(text, strtod(digits, NULL));
+}
+
 /* What was simulated and how, in one sentence each. */
 static char *subtitle_print(const struct sheet *sheet)
 {
@@ -339,10 +347,10 @@ static char *subtitle_print(const struct sheet *sheet)
         "Simulated after Fig. %d of Phys. Rev. E 106, 054606 (2022): barrier 6 kT, ring of 100 "
         "wavelengths; method %s, time step ",
         sheet->figure->number, sheet->verdict[0].method);
-    text_add_number(&text, least);
-    if (most > least) {
+    add_rounded(&text, least);
+    if (most > 1.01 * least) {
         text_add(&text, " to ");
-        text_add_number(&text, most);
+        add_rounded(&text, most);
     }
     text_add(&text, ". Theory is exact for this ring");
     if (sheet->figure->gap > 0) {
