@@ -261,8 +261,7 @@ static void reap_late(struct http *http, int64_t now_ms)
         c->hung_up = hung_up;
         if (now_ms < c->deadline_ms && !(hung_up && seen))
             continue;
-        /* While a request is still coming in, the library sends nothing that this could mix with.
-         */
+        /* While a request is coming in, the library sends nothing that this could mix with. */
         if (c->phase == PHASE_RECEIVING)
             (void)!send(c->fd, late, sizeof(late) - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
         shutdown(c->fd, SHUT_RDWR);
@@ -406,7 +405,7 @@ static size_t keep_escapes(void *context, struct MHD_Connection *connection, cha
 }
 
 struct headers {
-    int lengths, encodings, hosts;
+    int lengths, encodings, hosts, blanks;
     const char *length, *encoding, *host, *origin;
 };
 
@@ -415,6 +414,7 @@ static enum MHD_Result note_header(void *context, enum MHD_ValueKind kind, const
 {
     struct headers *headers = context;
     (void)kind;
+    headers->blanks += key[strcspn(key, " \t")] != '\0'; /* "Transfer-Encoding :" */
     if (!value)
         return MHD_YES;
     if (strcasecmp(key, "Content-Length") == 0) {
@@ -446,6 +446,8 @@ static void check_headers(struct http *http, struct MHD_Connection *connection, 
         (seen.encoding && strcasecmp(seen.encoding, "chunked") != 0))
         reply_problem(reply, PROBLEM_BAD_REQUEST,
                       "Content-Length and Transfer-Encoding contradict each other");
+    else if (seen.blanks > 0)
+        reply_problem(reply, PROBLEM_BAD_REQUEST, "the name of a header has blanks in it");
     else if (seen.hosts > 1 || (seen.hosts == 0 && strcmp(version, MHD_HTTP_VERSION_1_0) != 0))
         reply_problem(reply, PROBLEM_BAD_REQUEST, "there must be one Host header");
     else if (seen.host && !http_guard_host(seen.host, http->host))

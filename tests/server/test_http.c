@@ -240,6 +240,8 @@ static void contradicting_lengths(void **state)
         "Content-Length: 2 2\r\n",
         "Content-Length: 0x2\r\n",
         "Content-Length: 99999999999999999999999\r\n",
+        "Transfer-Encoding : chunked\r\nContent-Length: 2\r\n",
+        "Content-Length\t: 40\r\nContent-Length: 2\r\n",
     };
     struct fixture *f = *state;
     char request[1024], answer[ANSWER_SIZE];
