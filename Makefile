@@ -49,14 +49,17 @@ $B/obj/tests/%.o: tests/%.c
 $B/obj/server/store.o: $B/migrations.inc
 $B/migrations.inc: $(SCHEMA_SQL)
 	@mkdir -p $(@D)
-	sh deploy/embed-sql.sh $(SCHEMA_SQL) > $@.tmp && mv $@.tmp $@
+	$(if $V,,@echo "  SQL $@")
+	$Qsh deploy/embed-sql.sh $(SCHEMA_SQL) > $@.tmp && mv $@.tmp $@
 
 $B/libbcd.a: $(call obj,$(ENGINE_SRC))
 	@rm -f $@
 	$Qar rcs $@ $^
-# The engine must stand on GSL and libm alone.
+# The engine must stand on GSL and libm alone, and on the sanitizers' library where they are asked
+# for: clang has that in programs only.
 $B/libbcd.so: $(call obj,$(ENGINE_SRC))
-	$Q$(CC) -shared -Wl,--no-undefined -o $@ $^ $(ENGINE_LIBS) -lm
+	$Q$(CC) $(LDFLAGS) -shared $(if $(findstring -fsanitize,$(LDFLAGS)),,-Xlinker --no-undefined) \
+		-o $@ $^ $(ENGINE_LIBS) -lm
 $B/libserver.a: $(call obj,$(SERVER_SRC))
 	@rm -f $@
 	$Qar rcs $@ $^
