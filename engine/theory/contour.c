@@ -215,9 +215,12 @@ static enum bcd_status integrate(struct contour *c, struct bcd_error *error)
         }
         c->thetas = (size_t)thetas;
         c->alternating = 0;
-        if (profile_init(&c->profile, c->model, &c->scratch, c->transfer.grid.n) ||
-            pairs_init(&c->pairs, &c->transfer, &c->scratch, error)) {
+        if (profile_init(&c->profile, c->model, &c->scratch, c->transfer.grid.n)) {
             return BCD_NO_MEMORY;
+        }
+        enum bcd_status status = pairs_init(&c->pairs, &c->transfer, &c->scratch, error);
+        if (status) {
+            return status; /* more pairs than can be told in time are no lack of memory */
         }
         if (!sum_thetas(c)) {
             return theory_fail(error, BCD_INVALID,

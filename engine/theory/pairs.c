@@ -8,6 +8,10 @@
 
 enum { RULE = 16 };
 
+/* Values kept for every theta, and values added up for all bins: seconds of them. */
+#define TABLE_MAX 3e7
+#define JOINS_MAX 3e7
+
 /* Rods that can matter within `last`: those that fit, and not many more than are expected. */
 static size_t count_terms(const struct model *model, size_t *most)
 {
@@ -33,10 +37,17 @@ enum bcd_status pairs_init(struct pairs *pairs, const struct transfer *transfer,
     pairs->terms = count_terms(model, &pairs->most);
     double steps = model->wanted.pair_last / model->period * (double)n;
     double size = (steps + 2 * PAIRS_MARGIN) * (double)n * (double)pairs->terms;
-    if (size > 3e7) {
+    if (size > TABLE_MAX) {
         return theory_fail(error, BCD_INVALID,
                            "a pair distribution up to %g needs too many terms (%zu rods between)",
                            model->wanted.pair_last, pairs->terms);
+    }
+    double joins = (double)(model->wanted.pair_bins * RULE * n) * (double)pairs->terms;
+    if (joins > JOINS_MAX) {
+        return theory_fail(error, BCD_INVALID,
+                           "a pair distribution up to %g in %zu bins takes too long (%zu rods "
+                           "between)",
+                           model->wanted.pair_last, model->wanted.pair_bins, pairs->terms);
     }
     pairs->steps = (size_t)steps + 2 + 2 * PAIRS_MARGIN;
     pairs->rest = scratch_doubles(scratch, pairs->terms * pairs->steps * n);
@@ -195,8 +206,11 @@ enum bcd_status pairs_finish(struct theory_result *result, const struct pairs *p
                            "pair distribution: pressure times distance %g is too large",
                            t->p * wanted->pair_last);
     }
-    if (chain_size(model, t->grid.n, scale[1]) > 3e7 ||
-        bin_points_init(&work.points, model, t->grid.n, scratch) ||
+    if (chain_size(model, t->grid.n, scale[1]) > TABLE_MAX) {
+        return theory_fail(error, BCD_INVALID, "a pair distribution up to %g takes too long",
+                           wanted->pair_last);
+    }
+    if (bin_points_init(&work.points, model, t->grid.n, scratch) ||
         chain_init(&chain, model, &t->grid, scratch, scale)) {
         return theory_fail(error, BCD_NO_MEMORY, "pair distribution: out of memory");
     }

@@ -28,6 +28,23 @@ check "null with a reason where there is none" holds '
     and .cluster_sizes.theory == null and (.cluster_sizes.theory_reason | length) > 10'
 check "the command line prints the same" sh -c '"$1/bcd" theory "$2/job" | cmp - "$2/body"' - "$B" "$T"
 
+# ---- what would take too long is left out, in words; the job has its results all the same
+pairs() { # bins, last
+    printf '{"particles":1000,"length":2000,"diameter":0.5,"time":0.01,"time_step":0.001,'
+    printf '"potential":{"type":"cosine","amplitude":6},'
+    printf '"observables":{"pair_distribution":{"bins":%s,"last":%s}}}' "$1" "$2"
+}
+pairs 50 500 >"$T/job"
+post "$T/job"
+check "a job whose pairs reach too far for theory is done" until_state "$ID" done
+ask GET "/v1/jobs/$ID/results/pair_distribution"
+check "without theory, and says why" holds '
+    .theory == null and (.theory_reason | test("too many terms"))'
+pairs 100000 3 >"$T/job"
+ask POST /v1/theory --data-binary "@$T/job"
+check "nor are there exact values for any number of bins" holds '
+    .pair_distribution.theory == null and (.pair_distribution.theory_reason | test("too long"))'
+
 job '"potential":{"type":"cosine","amplitude":6},"force":1,' >"$T/job"
 ask POST /v1/theory --data-binary "@$T/job"
 check "driven rods have no equilibrium" holds '
