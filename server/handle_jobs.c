@@ -7,10 +7,8 @@
 #include "store_jobs.h"
 #include "theory_print.h"
 
-#include <assert.h>
 #include <errno.h>
 #include <inttypes.h>
-#include <sha2.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,7 +22,6 @@ static void check_limits(const struct bcd_scene *scene, struct bcd_errors *error
 static char *estimate_print(const struct bcd_scene *scene);
 static enum store_status insert(struct store *store, const struct bcd_scene *scene, const char *key,
                                 struct job_record *record, bool *existed);
-static bool hash_scene(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]);
 static double progress_of(const struct service *service, const struct job_record *record);
 static char *print(const struct service *service, const struct job_record *record, int origin);
 static bool read_query(const struct request *request, struct job_query *query,
@@ -235,28 +232,11 @@ static enum store_status insert(struct store *store, const struct bcd_scene *sce
     enum store_status status = STORE_BROKEN;
     job.job = text;
     job.derived = derived;
-    if (text && derived && hash_scene(scene, job.hash))
+    if (text && derived && queue_hash(scene, job.hash))
         status = store_jobs_insert(store, &job, record, existed);
     free(text);
     free(derived);
     return status;
-}
-
-/* False when there is no memory. */
-static bool hash_scene(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE])
-{
-    static_assert(SHA256_DIGEST_LENGTH == JOB_HASH_SIZE, "the store keeps SHA-256");
-    size_t size = bcd_scene_encode(scene, NULL, 0);
-    unsigned char *bytes = malloc(size ? size : 1);
-    if (!bytes)
-        return false;
-    bcd_scene_encode(scene, bytes, size);
-    SHA2_CTX context;
-    SHA256Init(&context);
-    SHA256Update(&context, bytes, size);
-    SHA256Final(hash, &context);
-    free(bytes);
-    return true;
 }
 
 /* The queue knows of chunks in motion; what is not there is told from the chunks put away. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "caption.h"
 #include "handle.h"
 #include "plot_svg.h"
 #include "reply.h"
@@ -6,10 +7,7 @@
 #include "store_results.h"
 #include "table_csv.h"
 #include "table_json.h"
-#include "text.h"
 
-#include <inttypes.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,8 +18,6 @@ static struct bcd_table *load_table(const struct service *service, const char *i
 static struct bcd_table *load_named(const struct service *service, const struct call *call,
                                     struct job_record *record, struct reply *reply);
 static char *caption(const struct job_record *record);
-static void add_group(struct text *text, const struct bcd_group *group);
-static bool is_default(const struct bcd_group *group, const struct bcd_param *row);
 
 void handle_results_all(const struct service *service, const struct call *call, struct reply *reply)
 {
@@ -147,50 +143,14 @@ static struct bcd_table *load_named(const struct service *service, const struct 
     return load_table(service, call->arg[0], call->arg[1], reply);
 }
 
-/* The job's parameters in one line, from the engine's rows; NULL when it cannot be told. */
+/* The job in one line; NULL when it cannot be told. */
 static char *caption(const struct job_record *record)
 {
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
     if (scene_json_parse(record->job, strlen(record->job), &scene, &errors) != BCD_OK)
         return NULL;
-    struct text text = {0};
-    add_group(&text, bcd_scene_job_view(scene));
-    const struct bcd_group *potential = bcd_scene_part(scene, BCD_SLOT_POTENTIAL, 0);
-    if (potential) {
-        text_add(&text, ", %s potential", potential->type);
-        add_group(&text, potential);
-    }
+    char *line = caption_print(scene);
     bcd_scene_free(scene);
-    return text_take(&text);
-}
-
-/* What is not as it would be anyway: "particles 50, length 100, diameter 0.5". */
-static void add_group(struct text *text, const struct bcd_group *group)
-{
-    for (size_t i = 0; group->rows[i].name; i++) {
-        const struct bcd_param *row = &group->rows[i];
-        if (is_default(group, row))
-            continue;
-        text_add(text, "%s%s ", text->size ? ", " : "", row->name);
-        const char *word = row->type == BCD_PARAM_INTEGER || row->type == BCD_PARAM_NUMBER
-                               ? NULL
-                               : bcd_group_text(group, row);
-        if (row->type == BCD_PARAM_INTEGER)
-            text_add(text, "%" PRId64, bcd_group_integer(group, row));
-        else if (word)
-            text_add(text, "%s", word);
-        else
-            text_add_number(text, bcd_group_number(group, row));
-    }
-}
-
-static bool is_default(const struct bcd_group *group, const struct bcd_param *row)
-{
-    if (row->required)
-        return false;
-    if (row->type == BCD_PARAM_INTEGER || row->type == BCD_PARAM_CHOICE)
-        return (double)bcd_group_integer(group, row) == row->fallback;
-    double value = bcd_group_number(group, row);
-    return value == row->fallback || (isnan(value) && isnan(row->fallback));
+    return line;
 }

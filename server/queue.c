@@ -70,6 +70,7 @@ bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]
     unsigned char *bytes = malloc(size + 1);
     SHA2_CTX context;
 
+    static_assert(SHA256_DIGEST_LENGTH == JOB_HASH_SIZE, "the store keeps SHA-256");
     if (!bytes)
         return false;
     bcd_scene_encode(scene, bytes, size);
