@@ -187,6 +187,7 @@ size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size)
 struct bcd_estimate {
     double run_bytes;    /* memory of one run in motion, checkpoint included */
     double result_bytes; /* all tables of the result */
+    double tally_bytes;  /* tallies of all chunks, kept until the job is done */
     double steps;        /* time steps of all realizations together */
     double rod_steps;    /* steps times particles */
     double core_seconds;

@@ -207,6 +207,8 @@ static void check_limits(const struct bcd_scene *scene, struct bcd_errors *error
         {"bytes of memory", "LIMIT_RUN_BYTES_MAX", estimate.run_bytes, LIMIT_RUN_BYTES_MAX},
         {"bytes of results", "LIMIT_RESULT_BYTES_MAX", estimate.result_bytes,
          LIMIT_RESULT_BYTES_MAX},
+        {"bytes on disk", "LIMIT_DISK_BYTES_MAX", estimate.tally_bytes + estimate.result_bytes,
+         LIMIT_DISK_BYTES_MAX},
         {"seconds of one core", "LIMIT_CORE_SECONDS_MAX", estimate.core_seconds,
          LIMIT_CORE_SECONDS_MAX},
     };

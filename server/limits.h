@@ -27,6 +27,7 @@ enum {
 /* A job that the estimate puts above one of these is refused with the limit's name. */
 #define LIMIT_RUN_BYTES_MAX 4e9       /* memory of one chunk in motion */
 #define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */
+#define LIMIT_DISK_BYTES_MAX 2e9      /* the same, and the parts of one that runs */
 #define LIMIT_CORE_SECONDS_MAX 3.2e7  /* one core for a year */
 
 #endif

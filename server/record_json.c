@@ -41,6 +41,7 @@ char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks)
     } rows[] = {
         {"memory_bytes", estimate->run_bytes},
         {"result_bytes", estimate->result_bytes},
+        {"disk_bytes", estimate->tally_bytes + estimate->result_bytes},
         {"steps", estimate->steps},
         {"rod_steps", estimate->rod_steps},
         {"core_seconds", estimate->core_seconds},

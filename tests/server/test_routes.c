@@ -304,6 +304,9 @@ static void costly_jobs(void **state)
          "\"observables\":{\"density\":{\"bins\":1000000},"
          "\"contact_density\":{\"bins\":1000000}}}",
          "LIMIT_RESULT_BYTES_MAX"},
+        {"{\"particles\":2,\"length\":20,\"time\":1,\"time_step\":0.1,\"realizations\":1000000,"
+         "\"observables\":{\"density\":{\"bins\":100000}}}",
+         "LIMIT_DISK_BYTES_MAX"},
     };
     struct fixture *f = *state;
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
