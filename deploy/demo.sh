@@ -73,7 +73,7 @@ echo "$first, $workers workers, data in $work/data"
 # The paper's scene with a bit more of everything to look at.
 jq '.realizations = 32 | .observables = {
         density: {bins: 40}, contact_density: {bins: 40, gap: 0.001},
-        msd: {first: 0.001, last: 10, points: 21}, energy: {}, current: {}, cluster_sizes: {}}' \
+        msd: {first: 0.001, last: 10, points: 21}, energy: {}, current: {}, cluster_sizes: {gap: 0.05}}' \
     "$scene" >"$work/job.json"
 say "Submitting the job: POST $url/v1/jobs"
 jq -c . "$work/job.json"
@@ -168,7 +168,7 @@ about_theory msd
 say "Numbers"
 jq -r '"energy per rod   \(.energy.energy) +- \(.energy.stderr)   theory \(.energy.theory // "-")",
        "current          \(.current.current) +- \(.current.stderr)",
-       "rods in clusters of 1, 2, 3: " +
+       "clusters of 1, 2, 3 rods (gaps below \(.cluster_sizes.gap)): " +
        ([.cluster_sizes.fraction[:3][] | . * 1000 | round / 1000 | tostring] | join(", "))' \
     "$work/results"
 
