@@ -237,5 +237,7 @@ enum bcd_status reference_compare(struct bcd_table *table, const double *samples
     table_note_number(table, "chi_square", sum);
     table_note_number(table, "degrees_of_freedom", freedom);
     table_note_number(table, "p_value", gsl_cdf_chisq_Q(sum, freedom));
+    if (table->rows > 1) /* rods that share a well raise or lower whole stretches of a profile */
+        table_note_text(table, "p_value_assumes", "independent rows");
     return BCD_OK;
 }
