@@ -112,6 +112,21 @@ static void test_steps_too_long_for_the_potential_are_refused(void **state)
 #undef WAVE
 }
 
+/* Contacts of a projected step need 4 D h <= (gap / 2)^2; the mean gap 0.5 asks for less. */
+static void test_steps_resolve_contacts(void **state)
+{
+    (void)state;
+#define RODS "{'particles': 4, 'length': 4, 'diameter': 0.5, 'method': 'bcd', 'temperature': 2, "
+    double h = fact_of(RODS "'time': 1e-3, 'observables': {'contact_density': {'gap': 0.002}}}",
+                       "time_step");
+    assert_true(4 * 2 * h <= 1e-6 * (1 + 1e-9) && 4 * 2 * h > 0.99e-6);
+    double wide = fact_of(RODS "'time': 1e-3, 'observables': {'contact_density': {'gap': 0.1}}}",
+                          "time_step"),
+           reach = 0.02 * 0.5;
+    assert_true(4 * 2 * wide <= reach * reach * (1 + 1e-9) && 8 * wide > 0.9 * reach * reach);
+#undef RODS
+}
+
 static void test_interactions_beyond_numbers_are_refused(void **state)
 {
     (void)state;
@@ -235,6 +250,7 @@ int main(void)
         cmocka_unit_test(test_rods_stay_within_reach_of_their_digits),
         cmocka_unit_test(test_length_is_a_whole_number_of_periods),
         cmocka_unit_test(test_steps_too_long_for_the_potential_are_refused),
+        cmocka_unit_test(test_steps_resolve_contacts),
         cmocka_unit_test(test_interactions_beyond_numbers_are_refused),
         cmocka_unit_test(test_hardly_any_room_is_none),
         cmocka_unit_test(test_counts_of_steps),
