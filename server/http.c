@@ -12,6 +12,7 @@
  */
 #include "http.h"
 #include "http_guard.h"
+#include "http_listen.h"
 #include "limits.h"
 #include "log.h"
 #include "reply.h"
@@ -45,6 +46,7 @@ struct connection {
     enum phase phase;
     bool hung_up; /* the other end had, when the reaper came by */
     int64_t deadline_ms;
+    struct exchange *exchange; /* in progress; of the thread that serves the connection */
 };
 
 struct http {
@@ -73,7 +75,6 @@ struct exchange {
     struct reply reply;
 };
 
-static int listen_on(const char *host, uint16_t port, uint16_t *bound);
 static struct MHD_Daemon *start_daemon(struct http *http);
 static void *reap(void *context);
 static void reap_late(struct http *http, int64_t now_ms);
@@ -88,6 +89,7 @@ static enum MHD_Result on_access(void *context, struct MHD_Connection *connectio
                                  size_t *upload_size, void **request_context);
 static void on_completed(void *context, struct MHD_Connection *connection, void **request_context,
                          enum MHD_RequestTerminationCode code);
+static void end_exchange(struct http *http, struct connection *c);
 static size_t keep_escapes(void *context, struct MHD_Connection *connection, char *text);
 static void check_headers(struct http *http, struct MHD_Connection *connection, const char *version,
                           struct exchange *exchange);
@@ -99,6 +101,7 @@ static enum MHD_Result answer(struct http *http, struct MHD_Connection *connecti
                               const char *method, struct exchange *exchange);
 static void set_phase(struct http *http, struct MHD_Connection *connection, enum phase phase,
                       int64_t allowed_ms);
+static struct connection *connection_of(struct MHD_Connection *connection);
 static int64_t clock_ms(void);
 static void sleep_ms(int64_t ms);
 
@@ -120,7 +123,7 @@ struct http *http_start(const struct http_options *options, char *reason, size_t
     http->options.host = http->host;
     if (http->options.request_age_ms <= 0)
         http->options.request_age_ms = LIMIT_REQUEST_AGE_MS_MAX;
-    http->listen_fd = listen_on(options->host, options->port, &http->port);
+    http->listen_fd = http_listen(options->host, options->port, &http->port);
     if (http->listen_fd < 0) {
         snprintf(reason, size, "cannot listen on %s port %d: %s", options->host, options->port,
                  strerror(errno));
@@ -171,43 +174,6 @@ void http_stop(struct http *http)
     pthread_cond_destroy(&http->wake_reaper);
     pthread_mutex_destroy(&http->mutex);
     free(http);
-}
-
-/* A listening socket on a numeric address, -1 with errno. */
-static int listen_on(const char *host, uint16_t port, uint16_t *bound)
-{
-    union {
-        struct sockaddr any;
-        struct sockaddr_in v4;
-        struct sockaddr_in6 v6;
-    } address = {.any = {0}};
-    socklen_t length = sizeof(address.v4);
-    if (inet_pton(AF_INET, host, &address.v4.sin_addr) == 1) {
-        address.v4.sin_family = AF_INET;
-        address.v4.sin_port = htons(port);
-    } else if (inet_pton(AF_INET6, host, &address.v6.sin6_addr) == 1) {
-        address.v6.sin6_family = AF_INET6;
-        address.v6.sin6_port = htons(port);
-        length = sizeof(address.v6);
-    } else {
-        errno = EADDRNOTAVAIL;
-        return -1;
-    }
-    int fd = socket(address.any.sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd < 0)
-        return -1;
-    int yes = 1; /* a restart need not wait for old connections to be forgotten */
-    setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-    if (bind(fd, &address.any, length) == 0 && listen(fd, SOMAXCONN) == 0 &&
-        getsockname(fd, &address.any, &length) == 0) {
-        *bound =
-            ntohs(address.any.sa_family == AF_INET ? address.v4.sin_port : address.v6.sin6_port);
-        return fd;
-    }
-    int cause = errno;
-    close(fd);
-    errno = cause;
-    return -1;
 }
 
 static struct MHD_Daemon *start_daemon(struct http *http)
@@ -304,7 +270,7 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
     struct http *http = context;
     if (code == MHD_CONNECTION_NOTIFY_STARTED) {
         struct connection *c = calloc(1, sizeof(*c));
-        *socket_context = c; /* without one, on_uri refuses the first request */
+        *socket_context = c; /* without one, on_uri refuses all requests */
         if (!c)
             return;
         c->fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
@@ -328,22 +294,29 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
     else
         http->connections = c->next;
     pthread_mutex_unlock(&http->mutex);
+    end_exchange(http, c);
     free(c);
     *socket_context = NULL;
 }
 
 /* The request line is there: a request begins, and this becomes its context. NULL (no memory) makes
- * on_access hang up. */
+ * on_access hang up. The library does not tell us of the end of a request whose line or headers it
+ * could not hold: the connection keeps its exchange, and takes it along. */
 static void *on_uri(void *context, const char *uri, struct MHD_Connection *connection)
 {
     struct http *http = context;
+    struct connection *c = connection_of(connection);
     set_phase(http, connection, PHASE_RECEIVING, http->options.request_age_ms);
+    if (!c)
+        return NULL;
+    end_exchange(http, c);
     struct exchange *exchange = calloc(1, sizeof(*exchange));
     if (!exchange)
         return NULL;
+    c->exchange = exchange;
     exchange->uri = strdup(uri);
     if (!exchange->uri) {
-        free(exchange);
+        end_exchange(http, c);
         return NULL;
     }
     exchange->query = strchr(exchange->uri, '?');
@@ -383,12 +356,20 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
                          enum MHD_RequestTerminationCode code)
 {
     struct http *http = context;
-    struct exchange *exchange = *request_context;
+    struct connection *c = connection_of(connection);
     (void)code;
     /* Idle time is the library's business. Whoever sends something in that time, and then no
      * complete request line, is caught by this. */
     set_phase(http, connection, PHASE_WAITING, LIMIT_IDLE_MS_MAX + http->options.request_age_ms);
     *request_context = NULL;
+    if (c)
+        end_exchange(http, c);
+}
+
+static void end_exchange(struct http *http, struct connection *c)
+{
+    struct exchange *exchange = c->exchange;
+    c->exchange = NULL;
     if (!exchange)
         return;
     drop_body(http, exchange);
@@ -577,14 +558,19 @@ static enum MHD_Result answer(struct http *http, struct MHD_Connection *connecti
 static void set_phase(struct http *http, struct MHD_Connection *connection, enum phase phase,
                       int64_t allowed_ms)
 {
-    struct connection *c =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
+    struct connection *c = connection_of(connection);
     if (!c)
         return;
     pthread_mutex_lock(&http->mutex);
     c->phase = phase;
     c->deadline_ms = clock_ms() + allowed_ms;
     pthread_mutex_unlock(&http->mutex);
+}
+
+/* NULL when there was no memory for it. */
+static struct connection *connection_of(struct MHD_Connection *connection)
+{
+    return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
 }
 
 static int64_t clock_ms(void)

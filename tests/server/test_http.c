@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * http.c against raw bytes on a socket: what curl would never send. */
 #include "http.h"
-#include "http_guard.h"
 #include "limits.h"
 
 #include <arpa/inet.h>
 #include <dirent.h>
+#include <malloc.h>
 #include <poll.h>
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -223,6 +224,24 @@ static void header_limit(void **state)
     assert_int_equal(f->handled, 0);
 }
 
+/* So many parameters that the library lacks memory for an answer, and forgets the request. */
+static void forgotten_requests(void **state)
+{
+    char request[LIMIT_HEADER_BYTES_MAX] = "GET /?";
+    while (strlen(request) < LIMIT_HEADER_BYTES_MAX - 6000)
+        strcat(request, "a=1&");
+    size_t size = strlen(strcat(request, " HTTP/1.1\r\n" HOST "\r\n")), used = 0;
+    for (int i = 0; i < 60; i++) {
+        int fd = dial(*state);
+        say(fd, request, size);
+        sleep_ms(10);
+        close(fd);
+        used = i < 20 ? mallinfo2().uordblks : used;
+    }
+    sleep_ms(100);
+    assert_true(mallinfo2().uordblks <= used + 10 * size);
+}
+
 /* Each of these lets two servers disagree about where a request ends: refused, and the connection
  * with it, so that the GET behind it is never answered. */
 static void contradicting_lengths(void **state)
@@ -294,36 +313,6 @@ static void old_clients_name_no_host(void **state)
     assert_true(closed);
     assert_int_equal(ask(*state, "GET / HTTP/1.0\r\nHost: evil.example\r\n\r\n", answer, &closed),
                      421);
-}
-
-static void guard_host(void **state)
-{
-    (void)state;
-    static const char *const good[] = {"localhost", "LOCALHOST:1", "127.0.0.1", "127.0.0.1:65535",
-                                       "127.8.8.8", "[::1]",       "[::1]:80",  "localhost:"};
-    static const char *const bad[] = {"",
-                                      "localhost.",
-                                      "localhost:80x",
-                                      "[::1",
-                                      "::1",
-                                      "[127.0.0.1]",
-                                      "0.0.0.0",
-                                      "[::2]",
-                                      "127.0.0.1@evil",
-                                      "10.0.0.1",
-                                      "localhost/",
-                                      "[localhost]",
-                                      "127.0.0.1:80:80",
-                                      "127.1"};
-    for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
-        assert_true(http_guard_host(good[i], "127.0.0.1"));
-    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
-        if (http_guard_host(bad[i], "127.0.0.1"))
-            fail_msg("%s passes", bad[i]);
-    assert_true(http_guard_host("any.example", "192.0.2.1"));
-    assert_true(http_guard_loopback("127.255.0.1") && http_guard_loopback("::1"));
-    assert_false(http_guard_loopback("128.0.0.1") || http_guard_loopback("::") ||
-                 http_guard_loopback("localhost"));
 }
 
 /* A POST with a body of `size` bytes, as one piece or in chunks. */
@@ -572,10 +561,10 @@ int main(void)
         TEST(path_is_as_sent),
         TEST(bad_queries),
         TEST(header_limit),
+        TEST(forgotten_requests),
         TEST(contradicting_lengths),
         TEST(hosts_and_origins),
         TEST(old_clients_name_no_host),
-        cmocka_unit_test(guard_host),
         TEST(body_limit),
         TEST(bodies_limit),
         TEST(slow_requests_end),

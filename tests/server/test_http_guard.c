@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * http_guard.c: who may be asked for. */
+#include "http_guard.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+static void guard_host(void **state)
+{
+    (void)state;
+    static const char *const good[] = {"localhost", "LOCALHOST:1", "127.0.0.1", "127.0.0.1:65535",
+                                       "127.8.8.8", "[::1]",       "[::1]:80",  "localhost:"};
+    static const char *const bad[] = {"",
+                                      "localhost.",
+                                      "localhost:80x",
+                                      "[::1",
+                                      "::1",
+                                      "[127.0.0.1]",
+                                      "0.0.0.0",
+                                      "[::2]",
+                                      "127.0.0.1@evil",
+                                      "10.0.0.1",
+                                      "localhost/",
+                                      "[localhost]",
+                                      "127.0.0.1:80:80",
+                                      "127.1"};
+    for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
+        assert_true(http_guard_host(good[i], "127.0.0.1"));
+    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
+        if (http_guard_host(bad[i], "127.0.0.1"))
+            fail_msg("%s passes", bad[i]);
+    assert_true(http_guard_host("any.example", "192.0.2.1"));
+    assert_true(http_guard_loopback("127.255.0.1") && http_guard_loopback("::1"));
+    assert_false(http_guard_loopback("128.0.0.1") || http_guard_loopback("::") ||
+                 http_guard_loopback("localhost"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(guard_host)};
+    return cmocka_run_group_tests_name("http_guard", tests, NULL, NULL);
+}
