@@ -6,6 +6,8 @@
 
 #include <math.h>
 
+enum { UNIFORMS_AT_ONCE = 64 };
+
 void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept)
 {
     sim->plan = plan;
@@ -13,13 +15,24 @@ void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept)
     sim->y = arena_take(kept, (size_t)plan->particles * sizeof *sim->y);
 }
 
-/* The k-th uniform number in (0, 1) of the initial configuration. */
-static double initial_uniform(const struct sim *sim, int64_t k)
+/* The uniform numbers in (0, 1) of a realization's initial configuration, one after another. */
+struct uniform_stream {
+    const struct sim *sim;
+    int64_t next;
+    uint32_t words[4 * UNIFORMS_AT_ONCE];
+};
+
+static double next_uniform(void *ctx)
 {
-    struct noise_key key = sim->noise;
-    key.stream = STREAM_INITIAL;
-    uint32_t words[4];
-    philox_words(words, k, 1, &key, 0);
+    struct uniform_stream *stream = ctx;
+    int64_t at = stream->next % UNIFORMS_AT_ONCE;
+    if (at == 0) {
+        struct noise_key key = stream->sim->noise;
+        key.stream = STREAM_INITIAL;
+        philox_words(stream->words, stream->next, UNIFORMS_AT_ONCE, &key, 0);
+    }
+    stream->next++;
+    const uint32_t *words = stream->words + 4 * at;
     uint64_t bits = (uint64_t)words[0] << 20 | words[1] >> 12; /* 52 bits */
     return ((double)bits + 0.5) * 0x1p-52;
 }
@@ -29,13 +42,14 @@ static double initial_uniform(const struct sim *sim, int64_t k)
 static void place_uniform(struct sim *sim)
 {
     const struct plan *plan = sim->plan;
+    struct uniform_stream stream = {.sim = sim};
     int64_t n = plan->particles;
-    double sum = 0;
+    double first = plan->length * next_uniform(&stream), sum = 0;
     for (int64_t i = 0; i < n; i++) {
-        sum -= log_normal(initial_uniform(sim, i + 1));
+        sum -= log_normal(next_uniform(&stream));
         sim->y[i] = sum; /* gaps 0 .. i */
     }
-    double first = plan->length * initial_uniform(sim, 0), unit = plan->free_length / sum;
+    double unit = plan->free_length / sum;
     for (int64_t i = n - 1; i > 0; i--)
         sim->y[i] = first + fmin(unit * sim->y[i - 1], plan->free_length);
     sim->y[0] = first;
@@ -51,21 +65,9 @@ static void place_lattice(struct sim *sim)
         sim->y[i] = first + gap * (double)i;
 }
 
-/* Uniform numbers for the equilibrium sampler, one after another. */
-struct uniform_stream {
-    const struct sim *sim;
-    int64_t next;
-};
-
-static double next_uniform(void *ctx)
-{
-    struct uniform_stream *stream = ctx;
-    return initial_uniform(stream->sim, stream->next++);
-}
-
 static enum bcd_status place_equilibrium(struct sim *sim, struct bcd_error *error)
 {
-    struct uniform_stream stream = {sim, 0};
+    struct uniform_stream stream = {.sim = sim};
     const struct theory_uniforms uniforms = {next_uniform, &stream};
     return theory_sampler_draw(sim->plan->sampler, sim->y, &uniforms, error);
 }
