@@ -26,18 +26,18 @@ static size_t panel_count(const struct model *model, size_t n, double last)
     return count < 1 ? 1 : (size_t)fmin(count, 1e9);
 }
 
-size_t chain_size(const struct model *model, size_t n, double last)
+double chain_nodes(const struct model *model, size_t points, double last)
 {
-    return panel_count(model, n, last) * CHAIN_RULE * n;
+    return (double)panel_count(model, points, last) * CHAIN_RULE;
 }
 
-double chain_cost(const struct model *model, size_t n, double last)
+double chain_cost(const struct model *model, size_t points, double last)
 {
     size_t per_period;
-    double width = panel_width(model, n, &per_period);
+    double width = panel_width(model, points, &per_period);
     double reach = model->reach > 0 ? 1 + model->reach / width : 0;
     double weights = per_period ? 0 : 40; /* one exponential of a potential counts for as many */
-    return (double)chain_size(model, n, last) * (weights + CHAIN_RULE * 2 * (1 + reach));
+    return chain_nodes(model, points, last) * (weights + CHAIN_RULE * 2 * (1 + reach));
 }
 
 /* Cardinal functions of the rule's nodes at t in [-1, 1]: barycentric would divide by zero at the
@@ -110,14 +110,16 @@ static double gap_at(const struct chain *chain, size_t node)
            ((double)(node / CHAIN_RULE) + (chain->node[node % CHAIN_RULE] + 1) / 2);
 }
 
-enum bcd_status chain_init(struct chain *chain, const struct model *model, const struct grid *grid,
-                           struct scratch *scratch, const double scale[2])
+enum bcd_status chain_init(struct chain *chain, const struct chain_args *args,
+                           struct scratch *scratch)
 {
-    size_t n = grid->n;
-    *chain = (struct chain){.model = model, .grid = grid, .lambda = scale[0], .last = scale[1]};
+    const struct model *model = args->model;
+    size_t n = args->grid->n;
+    *chain = (struct chain){
+        .model = model, .grid = args->grid, .lambda = args->lambda, .last = args->last};
     chain->rods = 1;
-    chain->width = panel_width(model, n, &chain->per_period);
-    chain->panels = panel_count(model, n, chain->last);
+    chain->width = panel_width(model, args->points, &chain->per_period);
+    chain->panels = panel_count(model, args->points, chain->last);
     size_t nodes = chain->panels * CHAIN_RULE;
     chain->value = scratch_doubles(scratch, nodes * n);
     chain->product = scratch_doubles(scratch, nodes * n);
@@ -222,6 +224,11 @@ void chain_step(struct chain *chain)
         }
     }
     chain->rods++;
+}
+
+void chain_cardinal(const struct chain *chain, double t, double value[CHAIN_RULE])
+{
+    cardinal(chain->node, t, value);
 }
 
 void chain_kept_value(const struct chain *chain, const double *value, int64_t rods, double gap,

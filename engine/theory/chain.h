@@ -32,14 +32,24 @@ struct chain {
     double *bump; /* [q + 1][RULE][RULE]: bump folded with cardinal functions d panels back */
 };
 
-/* j = 1 on g in [0, last]. */
-enum bcd_status chain_init(struct chain *chain, const struct model *model, const struct grid *grid,
-                           struct scratch *scratch, const double scale[2]);
-/* Number of doubles in `value`, and a rough count of operations for one step. */
-size_t chain_size(const struct model *model, size_t n, double last);
-double chain_cost(const struct model *model, size_t n, double last);
+/* j = 1 on g in [0, last]. points: grid points per period that the panels go with; the grid itself
+ * may have others. */
+struct chain_args {
+    const struct model *model;
+    const struct grid *grid; /* n and x are used */
+    size_t points;
+    double lambda, last;
+};
+enum bcd_status chain_init(struct chain *chain, const struct chain_args *args,
+                           struct scratch *scratch);
+/* Number of nodes, and a rough count of operations for one step of one x. */
+double chain_nodes(const struct model *model, size_t points, double last);
+double chain_cost(const struct model *model, size_t points, double last);
 
 void chain_step(struct chain *chain);
+
+/* Values of the rule's cardinal functions at t in [-1, 1]. */
+void chain_cardinal(const struct chain *chain, double t, double value[CHAIN_RULE]);
 
 /* E_j(x_i, g) / lambda^j without delta function, for all i. */
 void chain_value(const struct chain *chain, double gap, double *out);

@@ -200,18 +200,22 @@ enum bcd_status pairs_finish(struct theory_result *result, const struct pairs *p
     struct chain chain;
     struct pair_work work = {.left = scratch_doubles(scratch, t->grid.n),
                              .right = scratch_doubles(scratch, t->grid.n)};
-    const double scale[2] = {t->lambda, wanted->pair_last - model->system.diameter};
+    struct chain_args args = {.model = model,
+                              .grid = &t->grid,
+                              .points = t->grid.n,
+                              .lambda = t->lambda,
+                              .last = wanted->pair_last - model->system.diameter};
     if (t->p * wanted->pair_last > 600) {
         return theory_fail(error, BCD_INVALID,
                            "pair distribution: pressure times distance %g is too large",
                            t->p * wanted->pair_last);
     }
-    if (chain_size(model, t->grid.n, scale[1]) > TABLE_MAX) {
+    if (chain_nodes(model, t->grid.n, args.last) * (double)t->grid.n > TABLE_MAX) {
         return theory_fail(error, BCD_INVALID, "a pair distribution up to %g takes too long",
                            wanted->pair_last);
     }
     if (bin_points_init(&work.points, model, t->grid.n, scratch) ||
-        chain_init(&chain, model, &t->grid, scratch, scale)) {
+        chain_init(&chain, &args, scratch)) {
         return theory_fail(error, BCD_NO_MEMORY, "pair distribution: out of memory");
     }
     double width = wanted->pair_last / (double)wanted->pair_bins, last = 0, largest = 0;

@@ -89,8 +89,8 @@ static enum bcd_status prepare(struct ring *ring, size_t n, struct bcd_error *er
     const struct model *model = ring->model;
     struct scratch *scratch = &ring->scratch;
     double rods = (double)model->system.particles, ell = model->free_length;
-    double cost = chain_cost(model, n, ell) * rods;
-    if (!(cost < 3e10) || chain_size(model, n, ell) > 3e7) {
+    double cost = chain_cost(model, n, ell) * rods * (double)n;
+    if (!(cost < 3e10) || chain_nodes(model, n, ell) * (double)n > 3e7) {
         return theory_fail(error, BCD_INVALID,
                            "canonical ring, rod by rod: too long a computation (%zu points per "
                            "period)",
@@ -111,10 +111,15 @@ static enum bcd_status prepare(struct ring *ring, size_t n, struct bcd_error *er
     ring->column = scratch_complex(scratch, n);
     ring->rest = scratch_doubles(scratch, n);
     ring->shifted = scratch_doubles(scratch, n);
-    const double scale[2] = {fmax(2 * model->mean_gap + bump, model->mean_gap / 4), ell};
+    struct chain_args args = {.model = model,
+                              .grid = &ring->grid,
+                              .points = n,
+                              .lambda = 2 * model->mean_gap + bump,
+                              .last = ell};
+    args.lambda = fmax(args.lambda, model->mean_gap / 4); /* a bump may be negative */
     if (scratch->failed || functionals_init(&ring->functionals, model, &ring->grid, scratch) ||
         profile_init(&ring->profile, model, scratch, n) ||
-        chain_init(&ring->chain, model, &ring->grid, scratch, scale)) {
+        chain_init(&ring->chain, &args, scratch)) {
         return theory_fail(error, BCD_NO_MEMORY, "out of memory");
     }
     return BCD_OK;

@@ -4,21 +4,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "backward.h"
+#include "chain.h"
+#include "ramp.h"
 #include "sampler.h"
 #include "transfer.h"
 
-enum { POINTS = 8192, BUDGET = 200000000 };
+enum { POINTS = RAMP_POINTS, BUDGET = 200000000 };
 #define NOWHERE 1e-12 /* of the highest density: places without rods */
 
 /* A periodic function: values at POINTS + 4 places, from one before 0 on. */
 struct table {
     double value[POINTS + 4];
-};
-
-/* F(x) = int_0^x density, rising by `rise` per period: to be inverted. */
-struct ramp {
-    double value[POINTS + 1], slope[POINTS + 1];
-    double rise;
 };
 
 struct theory_sampler {
@@ -34,6 +31,8 @@ struct theory_sampler {
     struct table next_most, next_left_most; /* bounds of these over the reach, right and left */
     struct ramp density;
     struct ramp decay; /* -ln h + p x */
+    bool by_recursion; /* backward is used instead of all above */
+    struct backward backward;
 };
 
 /* ------------------------------------------------------------------ tables */
@@ -114,60 +113,6 @@ static void window_bound(const struct theory_sampler *s, const struct table *tab
         most->value[i + 1] = largest * 1.001; /* what interpolation may add between places */
     }
     wrap(most);
-}
-
-/* ------------------------------------------------------------------- ramps */
-
-static double ramp_in_cell(const struct ramp *ramp, size_t k, double t, double width)
-{
-    double a = ramp->value[k], b = ramp->value[k + 1];
-    double u = ramp->slope[k] * width, v = ramp->slope[k + 1] * width;
-    return a + t * (u + t * (3 * (b - a) - 2 * u - v + t * (u + v - 2 * (b - a))));
-}
-
-static double ramp_at(const struct theory_sampler *s, const struct ramp *ramp, double x)
-{
-    double place = x / s->model.period, whole = floor(place);
-    place = (place - whole) * POINTS;
-    size_t k = place < POINTS ? (size_t)place : POINTS - 1;
-    return whole * ramp->rise +
-           ramp_in_cell(ramp, k, place - (double)k, s->model.period / POINTS);
-}
-
-/* x with ramp(x) = target: bisection over the cells, regula falsi (Illinois) within. */
-static double ramp_inverse(const struct theory_sampler *s, const struct ramp *ramp, double target)
-{
-    double whole = floor((target - ramp->value[0]) / ramp->rise), width = s->model.period / POINTS;
-    target -= whole * ramp->rise;
-    size_t low = 0, high = POINTS;
-    while (high - low > 1) {
-        size_t middle = (low + high) / 2;
-        if (ramp->value[middle] <= target) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    double a = 0, b = 1, fa = ramp->value[low] - target, fb = ramp->value[low + 1] - target;
-    for (int turn = 0; turn < 60 && fb - fa > 0 && b - a > 1e-12; turn++) {
-        double t = a - fa * (b - a) / (fb - fa);
-        t = t > a && t < b ? t : (a + b) / 2;
-        double f = ramp_in_cell(ramp, low, t, width) - target;
-        if (fabs(f) < 1e-14 * ramp->rise) {
-            a = t;
-            break;
-        }
-        if (f < 0) {
-            a = t;
-            fa = f;
-            fb /= 2;
-        } else {
-            b = t;
-            fb = f;
-            fa /= 2;
-        }
-    }
-    return (whole + ((double)low + a) / POINTS) * s->model.period;
 }
 
 /* ------------------------------------------------------------------- setup */
@@ -330,38 +275,6 @@ static enum bcd_status fill(struct theory_sampler *s, struct bcd_error *error)
                        "dense, or its potential too strong)");
 }
 
-enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
-                                      const struct theory_system *system, struct bcd_error *error)
-{
-    struct theory_sampler *fresh = calloc(1, sizeof *fresh);
-    if (!fresh) {
-        return theory_fail(error, BCD_NO_MEMORY, "out of memory");
-    }
-    const struct theory_wanted nothing = {0};
-    enum bcd_status status = model_init(&fresh->model, system, &nothing, error);
-    if (!status && system->pair.kind == THEORY_ENERGY) {
-        status = theory_fail(error, BCD_INVALID,
-                             "equilibrium draw: only for hard and for sticky rods");
-    }
-    if (!status && system->particles > 1000000) {
-        status = theory_fail(error, BCD_INVALID, "equilibrium draw: more than 1e6 rods");
-    }
-    fresh->model.any_pressure = true;
-    status = status ? status : fill(fresh, error);
-    if (status) {
-        free(fresh);
-        return status;
-    }
-    fresh->periods = round(system->length / fresh->model.period);
-    *sampler = fresh;
-    return BCD_OK;
-}
-
-void theory_sampler_free(struct theory_sampler *sampler)
-{
-    free(sampler);
-}
-
 /* -------------------------------------------------------------------- draw */
 
 struct draw {
@@ -406,8 +319,8 @@ static double next_gap(struct draw *d, double x)
     }
     double from = x + s->model.system.diameter;
     from -= floor(from / s->model.period) * s->model.period;
-    double target = ramp_at(s, &s->decay, from) - log(uniform(d));
-    return fmax(ramp_inverse(s, &s->decay, target) - from, 0);
+    double target = ramp_at(&s->decay, s->model.period, from) - log(uniform(d));
+    return fmax(ramp_inverse(&s->decay, s->model.period, target) - from, 0);
 }
 
 /* Chain to the left of rod 0: bonds only. Returns their number; their y, relative to rod 0 and less
@@ -435,7 +348,7 @@ static bool attempt(struct draw *d, double *first)
     const struct theory_sampler *s = d->s;
     int64_t n = s->model.system.particles;
     double ell = s->model.free_length;
-    *first = ramp_inverse(s, &s->density, uniform(d) * s->density.rise);
+    *first = ramp_inverse(&s->density, s->model.period, uniform(d) * s->density.rise);
     double x_left = *first, x = *first, y = 0;
     int64_t bonds = place_left(d, &x_left);
     double room = bonds ? ell + d->y[n - bonds] : ell;
@@ -464,6 +377,107 @@ static bool attempt(struct draw *d, double *first)
     return uniform(d) * s->bound < factor;
 }
 
+/* -------------------------------------------------------------- create, draw */
+
+/* Uniforms of a trial: splitmix64 from a fixed seed. */
+static double trial_uniform(void *ctx)
+{
+    uint64_t *state = ctx;
+    uint64_t z = *state += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    z ^= z >> 31;
+    return ((double)(z >> 12) + .5) * 0x1p-52;
+}
+
+/* Rods that are placed for one ring, on average over a few; INFINITY for more than TRIAL. */
+static enum bcd_status try_closing(const struct theory_sampler *s, double *placed)
+{
+    enum { TRIAL = 3000000, RINGS = 3 };
+    uint64_t state = 1;
+    const struct theory_uniforms uniforms = {trial_uniform, &state};
+    struct draw draw = {.s = s, .uniforms = &uniforms};
+    draw.y = calloc((size_t)s->model.system.particles, sizeof *draw.y);
+    if (!draw.y) {
+        return BCD_NO_MEMORY;
+    }
+    int rings = 0;
+    double first;
+    while (rings < RINGS && draw.placed < RINGS * TRIAL) {
+        rings += attempt(&draw, &first);
+    }
+    free(draw.y);
+    *placed = rings == RINGS ? (double)draw.placed / RINGS : INFINITY;
+    return BCD_OK;
+}
+
+/* Chains that close, or the recursion where they do not or take longer. A rod placed costs about as
+ * much as PLACED operations of the recursion; below QUICK the choice is not worth its set-up. */
+static enum bcd_status choose(struct theory_sampler *s, struct bcd_error *error)
+{
+    enum { PLACED = 50, QUICK = 5000000, POINTS_GUESS = 79 };
+    struct bcd_error first = {0}, second = {0};
+    double placed = INFINITY;
+    enum bcd_status status = fill(s, &first);
+    if (status == BCD_OK) {
+        status = try_closing(s, &placed);
+        theory_fail(&first, BCD_INVALID,
+                    "equilibrium draw: chains of %lld rods do not close to a ring often enough",
+                    (long long)s->model.system.particles);
+    }
+    if (status == BCD_NO_MEMORY) {
+        return theory_fail(error, status, "out of memory");
+    }
+    double recursion = chain_cost(&s->model, POINTS_GUESS, s->model.free_length) *
+                       (double)s->model.system.particles;
+    if (placed * PLACED < QUICK || placed * PLACED < recursion) {
+        return BCD_OK;
+    }
+    status = backward_init(&s->backward, &s->model, &second);
+    s->by_recursion = status == BCD_OK;
+    if (status == BCD_INVALID && isfinite(placed)) {
+        return BCD_OK;
+    }
+    if (status && error) {
+        *error = status == BCD_NO_MEMORY ? second : first;
+    }
+    return status;
+}
+
+enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
+                                      const struct theory_system *system, struct bcd_error *error)
+{
+    struct theory_sampler *fresh = calloc(1, sizeof *fresh);
+    if (!fresh) {
+        return theory_fail(error, BCD_NO_MEMORY, "out of memory");
+    }
+    const struct theory_wanted nothing = {0};
+    enum bcd_status status = model_init(&fresh->model, system, &nothing, error);
+    if (!status && system->pair.kind == THEORY_ENERGY) {
+        status = theory_fail(error, BCD_INVALID,
+                             "equilibrium draw: only for hard and for sticky rods");
+    }
+    if (!status && system->particles > 1000000) {
+        status = theory_fail(error, BCD_INVALID, "equilibrium draw: more than 1e6 rods");
+    }
+    fresh->model.any_pressure = true;
+    if (!status) {
+        status = choose(fresh, error);
+    }
+    if (status) {
+        free(fresh);
+        return status;
+    }
+    fresh->periods = round(system->length / fresh->model.period);
+    *sampler = fresh;
+    return BCD_OK;
+}
+
+void theory_sampler_free(struct theory_sampler *sampler)
+{
+    free(sampler);
+}
+
 /* Rod 0 to its place, the others relative to it. Coordinates are rounded to 2^-32 of a period, so that
  * the last bits of exp and log, which differ from machine to machine, do not show. */
 static void place(const struct theory_sampler *s, double *y, double first, double turn)
@@ -482,7 +496,12 @@ enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double
 {
     struct draw draw = {.s = sampler, .uniforms = uniforms, .y = y};
     double first;
-    while (!attempt(&draw, &first)) {
+    if (sampler->by_recursion) {
+        if (backward_draw(&sampler->backward, y, &first, uniforms)) {
+            return theory_fail(error, BCD_NO_MEMORY, "out of memory");
+        }
+    }
+    while (!sampler->by_recursion && !attempt(&draw, &first)) {
         if (draw.placed > BUDGET) {
             return theory_fail(error, BCD_INVALID,
                                "equilibrium draw: no ring of %lld rods closed within %d rods "

@@ -17,8 +17,9 @@
  * interpolation in tables of 8192 points per period, relative errors of some 1e-10; and places where
  * the density is below 1e-12 of its maximum, which do not count for the bound of the acceptance.
  *
- * About sqrt(N) attempts are needed per draw, most of them broken off early; for narrow bumps not
- * more. Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused.
+ * About sqrt(N) attempts are needed per draw. Where rods are locked to wells, or at very high density,
+ * chains hardly ever close: found out by a trial at creation, at a fixed seed. Such rings are drawn by the recursion
+ * instead, exactly too, up to some 4e8 operations a draw (backward.h). Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused.
  *
  * UNITS    the user's own lengths. */
 #ifndef THEORY_SAMPLER_H
@@ -34,7 +35,8 @@ struct theory_uniforms {
 
 struct theory_sampler;
 
-/* Tables only: immutable, may be shared. Refused in words when the tables cannot be made. */
+/* Tables only: immutable, may be shared. Takes up to some seconds. Refused in words when neither way
+ * of drawing works. */
 enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
                                       const struct theory_system *system,
                                       struct bcd_error *error);
