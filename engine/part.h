@@ -133,7 +133,7 @@ struct exact {
 /* The usual answer of a static observable: `from` (NULL where the theory has none) is exact. */
 static inline void exact_from(struct exact *exact, const double *from)
 {
-    exact->reason = exact->equilibrium ? "the exact theory does not give it here" : exact->why_not;
+    exact->reason = exact->why_not;
     if (!exact->equilibrium || !from)
         return;
     for (size_t i = 0; i < exact->rows; i++)
@@ -165,7 +165,7 @@ struct observable_type {
                                 const struct moments *moments, struct bcd_table *table);
     /* Further columns and notes of a measured table; NULL = none. */
     enum bcd_status (*extend)(const void *par, const struct plan *plan, struct bcd_table *table);
-    /* What it wants from the exact equilibrium; NULL = nothing. */
+    /* What it wants from the exact equilibrium beyond the mean energy; NULL = nothing at all. */
     void (*want)(const void *par, const struct plan *plan, struct theory_wanted *wanted);
     /* Exact values of its rows; NULL = none are known, no column. */
     void (*exact)(const void *par, const struct plan *plan, struct exact *exact);

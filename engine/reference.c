@@ -26,6 +26,11 @@ static enum bcd_status solve(struct theory_result **result, theory_route *route,
     enum bcd_status status = route(result, &system, wanted, &error);
     if (status != BCD_OK)
         snprintf(why_not, 160, "%.159s", error.text);
+    if (status == BCD_INVALID && wanted->pair_bins > 0) { /* the rest may still be had */
+        struct theory_wanted less = *wanted;
+        less.pair_bins = 0;
+        status = route(result, &system, &less, NULL);
+    }
     return status == BCD_NO_MEMORY ? status : BCD_OK;
 }
 
@@ -40,12 +45,14 @@ enum bcd_status bcd_theory_create(struct bcd_theory **out, const struct bcd_scen
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
         const struct observable_type *type = scene_observable_type(part);
-        any = any || type->exact;
+        any = any || type->want;
         if (type->want)
             type->want(part->group.values, &scene->plan, &wanted);
     }
     const char *none = equilibrium_missing(&scene->plan);
-    snprintf(theory->why_not, sizeof theory->why_not, "%s", none ? none : "");
+    any = any || scope == BCD_THEORY_INFINITE;
+    snprintf(theory->why_not, sizeof theory->why_not, "%s",
+             none ? none : "the exact theory does not give it here");
     snprintf(theory->why_not_infinite, sizeof theory->why_not_infinite, "%s",
              none ? none : "was not asked for");
     enum bcd_status status = BCD_OK;

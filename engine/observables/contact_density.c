@@ -61,8 +61,9 @@ static void contact_check(const struct bcd_group *group, const struct plan *plan
                     plan->free_length);
 }
 
-/* What noise crosses in a step must be small against the window: half of it where noise ends in exact
- * contacts; all of it where only the drift does (measured: 1 % off then); no limit without a drift. */
+/* What noise crosses in a step must be small against the window: half of it where noise ends in
+ * exact contacts; all of it where only the drift does (measured: 1 % off then); no limit without a
+ * drift. */
 static double contact_time_step_max(const void *par, const struct plan *plan)
 {
     double gap = ((const struct contact_par *)par)->gap;

@@ -66,6 +66,12 @@ static enum bcd_status energy_describe(const void *par, const struct plan *plan,
     return BCD_OK;
 }
 
+/* The mean energy comes with every equilibrium. */
+static void energy_want(const void *par, const struct plan *plan, struct theory_wanted *wanted)
+{
+    (void)par, (void)plan, (void)wanted;
+}
+
 static void energy_exact(const void *par, const struct plan *plan, struct exact *exact)
 {
     (void)par, (void)plan;
@@ -84,5 +90,6 @@ const struct observable_type observable_energy = {
     .sample = energy_sample,
     .end_block = energy_end_block,
     .describe = energy_describe,
+    .want = energy_want,
     .exact = energy_exact,
 };

@@ -2,11 +2,11 @@
  *
  * backward.h - exact configurations by the recursion rod by rod, sampled backwards.
  *
- * Rod 0 is drawn from the ring's own density. From there the chain E_j (chain.h) is computed up to N
- * gaps; then, with the end of the last gap at ell, the place of the last rod is drawn from
- * E_{N-1}(g') w f(ell - g'), and so on down to the first. Nothing is rejected, but every draw computes
- * the chain anew: N panels of [0, ell], which is little for dense and for small rings, where the
- * method of sampler.h has its difficulties. */
+ * Rod 0 is drawn from the ring's own density. From there the chain E_j (chain.h) is computed up to
+ * N gaps; then, with the end of the last gap at ell, the place of the last rod is drawn from
+ * E_{N-1}(g') w f(ell - g'), and so on down to the first. Nothing is rejected, but every draw
+ * computes the chain anew: N panels of [0, ell], which is little for dense and for small rings,
+ * where the method of sampler.h has its difficulties. */
 #ifndef THEORY_BACKWARD_H
 #define THEORY_BACKWARD_H
 

@@ -3,13 +3,13 @@
  * chain.h - open chains of rods, one rod at a time, in real space.
  *
  * E_j(x, g) is the weight of all ways to put j rods to the right of one at x, the j-th of them at
- * x + j sigma + g: the interactions f of all j gaps, the factors w of the rods between, neither that
- * of the first nor that of the last.
+ * x + j sigma + g: the interactions f of all j gaps, the factors w of the rods between, neither
+ * that of the first nor that of the last.
  *
  *   E_1 = f,   E_{j+1}(x, g) = int_0^g E_j(x, g') w(x + j sigma + g') f(g - g') dg'
  *
- * E_j is a function on Gauss-Legendre panels of g, for every point x of a grid, plus a delta function
- * at g = 0 in Baxter's limit. Values are divided by lambda^j to keep them within range. */
+ * E_j is a function on Gauss-Legendre panels of g, for every point x of a grid, plus a delta
+ * function at g = 0 in Baxter's limit. Values are divided by lambda^j to keep them within range. */
 #ifndef THEORY_CHAIN_H
 #define THEORY_CHAIN_H
 

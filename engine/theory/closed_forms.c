@@ -53,7 +53,8 @@ double tonks_pair_ring(int64_t particles, double length, double diameter, double
         if (u > 1) {
             continue;
         }
-        double left = j == 1 ? 0 : (j - 1) * log(u), right = j == n - 1 ? 0 : (n - j - 1) * log1p(-u);
+        double left = j == 1 ? 0 : (j - 1) * log(u);
+        double right = j == n - 1 ? 0 : (n - j - 1) * log1p(-u);
         sum += exp(left + right + lgamma(n) - lgamma(j) - lgamma(n - j));
     }
     return sum / ell * length / n;
@@ -95,8 +96,9 @@ double cosine_flow_position(const struct cosine_flow *flow, double start, double
 double cosine_flow_velocity(const struct cosine_flow *flow)
 {
     double critical = PI * fabs(flow->amplitude) / flow->wavelength, f = fabs(flow->force);
-    return f > critical ? copysign(flow->mobility * sqrt((f - critical) * (f + critical)), flow->force)
-                        : 0;
+    if (f <= critical)
+        return 0;
+    return copysign(flow->mobility * sqrt((f - critical) * (f + critical)), flow->force);
 }
 
 double two_rods_elastic(double gap, double D, double t)

@@ -3,7 +3,7 @@
  * closed_forms.h - known results in closed form or as one quadrature.
  *
  * UNITS    the user's own. D = mobility * kT is a diffusion coefficient, t a time.
- * ERRORS   plain values are NaN for arguments without meaning (negative times, rho sigma >= 1, ...).
+ * ERRORS   plain values are NaN for arguments without meaning: negative times, rho sigma >= 1.
  *          No memory is kept. */
 #ifndef THEORY_CLOSED_FORMS_H
 #define THEORY_CLOSED_FORMS_H
@@ -13,7 +13,7 @@
 
 #include "../bcd.h"
 
-/* ------------------------------------------- hard rods without potential (Tonks, Phys. Rev. 50, 955) */
+/* ------------------------------------- hard rods without potential (Tonks, Phys. Rev. 50, 955) */
 
 /* P = kT rho / (1 - rho sigma). */
 double tonks_pressure(double density, double diameter, double kT);
@@ -26,15 +26,15 @@ double tonks_pair_ring(int64_t particles, double length, double diameter, double
 
 /* --------------------------------------- free single file: tagged hard rod, no potential, no drag
  *
- * A tagged rod moves like a tagged point in a gas of points of density n = rho/(1 - rho sigma): rods
- * that cross are relabelled. X > x when, of all points, as many have come to lie right of x as
+ * A tagged rod moves like a tagged point in a gas of points of density n = rho/(1 - rho sigma):
+ * rods that cross are relabelled. X > x when, of all points, as many have come to lie right of x as
  * counts say; for the infinite line
  *   MSD = 4 int_0^inf x P(X > x) dx,  P(X > x) = Q P(S >= 0) + (1 - Q) P(S >= 1),
  *   S ~ Skellam(n h(x), n h(-x)),  Q = erfc(x/sqrt(4 D t))/2,  h(x) = int_x^inf Q.
- * On the ring of free length ell = L - N sigma each of the other N - 1 points contributes an integer
- * c with P(c >= k) = [h(x + (k-1) ell) - h(x + k ell)]/ell, the tagged one its own windings: S is
- * their sum, by its characteristic function. Both are exact at all times; relative error of the
- * quadrature below 1e-9. */
+ * On the ring of free length ell = L - N sigma each of the other N - 1 points contributes an
+ * integer c with P(c >= k) = [h(x + (k-1) ell) - h(x + k ell)]/ell, the tagged one its own
+ * windings: S is their sum, by its characteristic function. Both are exact at all times; relative
+ * error of the quadrature below 1e-9. */
 double single_file_msd(double density, double diameter, double D, double t);
 double single_file_msd_ring(int64_t particles, double length, double diameter, double D, double t);
 /* sqrt(4 D t/pi) (1 - rho sigma)/rho. */
@@ -61,7 +61,8 @@ enum bcd_status lifson_jackson(double *diffusion, const struct one_rod *rod,
                                struct bcd_error *error);
 /* Drift velocity (Stratonovich) and effective diffusion (Reimann et al., Phys. Rev. Lett. 87,
  * 010602) under a constant force:
- *   I+(x) = <exp([V(x) - V(x-z)]/kT)>_z, I-(x) = <exp([V(x+z) - V(x)]/kT)>_z, V = U - f x, z in (0, P)
+ *   I+(x) = <exp([V(x) - V(x-z)]/kT)>_z, I-(x) = <exp([V(x+z) - V(x)]/kT)>_z,
+ *   V = U - f x, z in (0, P)
  *   v = (D/P) (1 - exp(-f P/kT)) / <I+>,   D_eff = D <I+^2 I-> / <I+>^3.
  * Refused when the barrier that is left is higher than 600 kT, or the quadrature does not settle to
  * 1e-10. */

@@ -9,13 +9,13 @@
  * and likewise for averages of one gap (transfer.h) and for pairs (pairs.h). With p the pressure of
  * about that of the
  * infinite system the line runs near the saddle point, nothing cancels, and the trapezoidal
- * rule in theta is exact but for the weight of rings of length n P with n = L/P modulo the number of
- * thetas. That weight is watched half way between: it is the alternating sum of the same terms.
+ * rule in theta is exact but for the weight of rings of length n P with n = L/P modulo the number
+ * of thetas. That weight is watched half way between: it is the alternating sum of the same terms.
  *
- * The grid's modes end the line at |Im s| = pi n/P. What lies beyond makes the steps and kinks of the
- * weight at g = 0 and at the end of f's bump, and is far from L/P when it is faded out smoothly. Only
- * in Baxter's limit does it not fade by itself, unless the rods are many: then the refinement does
- * not converge and the answer is refused here. */
+ * The grid's modes end the line at |Im s| = pi n/P. What lies beyond makes the steps and kinks of
+ * the weight at g = 0 and at the end of f's bump, and is far from L/P when it is faded out
+ * smoothly. Only in Baxter's limit does it not fade by itself, unless the rods are many: then the
+ * refinement does not converge and the answer is refused here. */
 #include <math.h>
 
 #include "pairs.h"
@@ -42,8 +42,8 @@ static void swap(struct matrix *a, struct matrix *b)
     *b = keep;
 }
 
-/* K_s / lambda, faded out at the edge of the grid (transfer.h). The fading depends on the wave number
- * alone, so that theta and theta + 2 pi stay the same. */
+/* K_s / lambda, faded out at the edge of the grid (transfer.h). The fading depends on the wave
+ * number alone, so that theta and theta + 2 pi stay the same. */
 static void build_step(struct contour *c, double complex s)
 {
     struct transfer *t = &c->transfer;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * lu.h - small dense real linear systems, by LU with partial pivoting; plain arrays.
  *
- * Own code rather than GSL's, because a singular matrix is an ordinary event here (inverse iteration
- * is at its best next to one) and GSL calls its error handler for it. A vanishing pivot is replaced
- * by the rounding level of the matrix. */
+ * Own code rather than GSL's, because a singular matrix is an ordinary event here (inverse
+ * iteration is at its best next to one) and GSL calls its error handler for it. A vanishing pivot
+ * is replaced by the rounding level of the matrix. */
 #ifndef THEORY_LU_H
 #define THEORY_LU_H
 

@@ -23,7 +23,8 @@ struct pairs {
 /* terms = 0 when no pair distribution is wanted. */
 enum bcd_status pairs_init(struct pairs *pairs, const struct transfer *transfer,
                            struct scratch *scratch, struct bcd_error *error);
-/* Adds Re(factor * rest), rest = scaled K^(N-j); c->factor includes exp(s ell), c->s = p + i theta/P. */
+/* Adds Re(factor * rest), rest = scaled K^(N-j); c->factor includes exp(s ell), c->s = p + i
+ * theta/P. */
 void pairs_add(struct pairs *pairs, size_t j, const struct contribution *c);
 /* norm: sum of the density profile before normalisation. */
 enum bcd_status pairs_finish(struct theory_result *result, const struct pairs *pairs, double norm,

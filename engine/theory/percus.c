@@ -3,11 +3,11 @@
  * percus.c - the second route to the infinite system: an equation for the density alone.
  *
  * Percus (J. Stat. Phys. 15, 505, 1976) for hard rods, [1] Eq. 34 for sticky ones. Derivation, from
- * the grand canonical chain of rods with fugacity z, w = exp(-U/kT), all lengths in units of choice:
+ * the grand canonical chain of rods with fugacity z, w = exp(-U/kT), lengths in units of choice:
  *
  *   R(x), L(x)      partition functions of what lies right (left) of an empty place x
  *   phi(x), chi(x)  the same, right (left) of a rod at x:
- *                   phi(x) = R(x+s) + gamma z w(x+s) phi(x+s),   chi(x) likewise with x-s; s = sigma
+ *                phi(x) = R(x+s) + gamma z w(x+s) phi(x+s),   chi(x) likewise with x-s, s = sigma
  *   R' = -z w phi,  L' = z w chi,   Q = R L of the whole
  *
  *   rho(x)          = z w chi phi / Q
@@ -21,7 +21,7 @@
  *
  *   gamma (rho(x) - c)(rho(x+s) - c) = m c,
  *
- * a quadratic equation for c; and with d ln L/dx = (rho - c)/m =: v, eliminating phi, chi, R, L from
+ * a quadratic equation for c; with d ln L/dx = (rho - c)/m =: v, eliminating phi, chi, R, L from
  * rho = z w chi phi / Q,
  *
  *   ln z - U(x)/kT = ln[(rho - c(x)) (rho - c(x-s)) / (rho m(x))] + int_{x-s}^x v(y) dy.
@@ -30,7 +30,7 @@
  * the symmetric form of [1] Eq. 34, with 1/2 ln{[1-eta(x)][1-eta(x+s)]} and 1 - eta(x+s) = m(x).
  * (rho - c)(rho(x+s) - c)/m = c/gamma is the contact density; the mean of v is the pressure/kT.
  *
- * Solved by Newton's method for ln rho and ln z at fixed mean density, U being switched on in steps.
+ * Solved by Newton's method for ln rho and ln z at fixed mean density, U switched on in steps.
  * Shifts and integrals are exact on the Fourier modes of the grid. */
 #include <math.h>
 #include <string.h>
@@ -70,7 +70,8 @@ static void operator_column(struct percus *p, double shift, bool integral, doubl
 {
     size_t n = p->grid.n;
     double sigma = p->model->system.diameter;
-    double complex *mode = scratch_complex(&p->scratch, n), *values = scratch_complex(&p->scratch, n);
+    double complex *mode = scratch_complex(&p->scratch, n);
+    double complex *values = scratch_complex(&p->scratch, n);
     if (p->scratch.failed) {
         return;
     }

@@ -57,8 +57,8 @@ static void wrap(struct table *table)
     v[POINTS + 3] = v[3];
 }
 
-/* sum_k Re(c_k factor_k e^{i kappa (x + shift)}), k = 0 .. half, at the table's places; c_0 once and
- * the others twice. factor = 1/(p -+ i kappa) with decay = -+1, 1 with decay = 0. */
+/* sum_k Re(c_k factor_k e^{i kappa (x + shift)}), k = 0 .. half, at the table's places; c_0 once
+ * and the others twice. factor = 1/(p -+ i kappa) with decay = -+1, 1 with decay = 0. */
 struct series {
     const struct grid *grid;
     const double complex *coefficient;
@@ -342,7 +342,7 @@ static int64_t place_left(struct draw *d, double *x)
     return bonds;
 }
 
-/* One attempt: y relative to rod 0. Returns whether the ring was accepted; *first = place of rod 0. */
+/* One attempt: y relative to rod 0. Was the ring accepted? *first = place of rod 0. */
 static bool attempt(struct draw *d, double *first)
 {
     const struct theory_sampler *s = d->s;
@@ -478,8 +478,8 @@ void theory_sampler_free(struct theory_sampler *sampler)
     free(sampler);
 }
 
-/* Rod 0 to its place, the others relative to it. Coordinates are rounded to 2^-32 of a period, so that
- * the last bits of exp and log, which differ from machine to machine, do not show. */
+/* Rod 0 to its place, the others relative to it. Coordinates are rounded to 2^-32 of a period, so
+ * that the last bits of exp and log, which differ from machine to machine, do not show. */
 static void place(const struct theory_sampler *s, double *y, double first, double turn)
 {
     double unit = s->model.period * 0x1p-32, ell = s->model.free_length;

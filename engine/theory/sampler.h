@@ -2,24 +2,26 @@
  *
  * sampler.h - exact equilibrium configurations of N rods on the ring.
  *
- * A first rod is drawn from the infinite system's density. To its left a run of bonded rods is drawn
- * from the chain read backwards, up to the first gap that is not a bond; to its right the chain
- * continues, gap after gap, with the infinite system's transition probabilities, up to N rods. The
- * gap that closes the ring is what is left. Products of transition probabilities are, but for factors
- * at the ends, the canonical weight of the configuration; an acceptance step makes up for the
- * factors and for the closing gap:
+ * A first rod is drawn from the infinite system's density. To its left a run of bonded rods is
+ * drawn from the chain read backwards, up to the first gap that is not a bond; to its right the
+ * chain continues, gap after gap, with the infinite system's transition probabilities, up to N
+ * rods. The gap that closes the ring is what is left. Products of transition probabilities are, but
+ * for factors at the ends, the canonical weight of the configuration; an acceptance step makes up
+ * for the factors and for the closing gap:
  *
  *   accept with probability ~ exp(-p g) / (h*(x_l - sigma) phi(x_r)),   g = x_l + L - sigma - x_r
  *
  * (phi, h*: what lies right of a rod, left of an empty place; x_l, x_r: the ends of the chain). So
- * accepted configurations follow the canonical law exactly, whatever p. The interaction f = 1 + bump
- * is read as a mixture: a gap is a bond when it was drawn from the bump. What is not exact:
- * interpolation in tables of 8192 points per period, relative errors of some 1e-10; and places where
- * the density is below 1e-12 of its maximum, which do not count for the bound of the acceptance.
+ * accepted configurations follow the canonical law exactly, whatever p. The interaction f = 1 +
+ * bump is read as a mixture: a gap is a bond when it was drawn from the bump. What is not exact:
+ * interpolation in tables of 8192 points per period, relative errors of some 1e-10; and places
+ * where the density is below 1e-12 of its maximum, which do not count for the bound of the
+ * acceptance.
  *
- * About sqrt(N) attempts are needed per draw. Where rods are locked to wells, or at very high density,
- * chains hardly ever close: found out by a trial at creation, at a fixed seed. Such rings are drawn by the recursion
- * instead, exactly too, up to some 4e8 operations a draw (backward.h). Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused.
+ * About sqrt(N) attempts are needed per draw. Where rods are locked to wells, or at very high
+ * density, chains hardly ever close: found out by a trial at creation, at a fixed seed. Such rings
+ * are drawn by the recursion instead, exactly too, up to some 4e8 operations a draw (backward.h).
+ * Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused.
  *
  * UNITS    the user's own lengths. */
 #ifndef THEORY_SAMPLER_H
@@ -35,8 +37,8 @@ struct theory_uniforms {
 
 struct theory_sampler;
 
-/* Tables only: immutable, may be shared. Takes up to some seconds. Refused in words when neither way
- * of drawing works. */
+/* Tables only: immutable, may be shared. Takes up to some seconds. Refused in words when neither
+ * way of drawing works. */
 enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
                                       const struct theory_system *system,
                                       struct bcd_error *error);

@@ -13,7 +13,8 @@
  *                                           ([1] Eq. 32; the integral of f - 1 is gamma)
  * f = exp(-V(sigma + g)/kT)                 any pair energy that ends before 2 sigma
  *
- * [1] Antonov, Schweers, Ryabov, Maass, Phys. Rev. E 106, 054606 (2022), 10.1103/PhysRevE.106.054606.
+ * [1] Antonov, Schweers, Ryabov, Maass, Phys. Rev. E 106, 054606 (2022),
+ * 10.1103/PhysRevE.106.054606.
  *
  * Two references are given: the canonical ring of N rods, which is what a simulation samples, and
  * the infinite system at the same mean density. Every answer carries an estimate of its own error,
@@ -87,10 +88,11 @@ struct theory_result {
     /* Probability density of the gap between neighbours, mean over each bin; bonds included. */
     double *gap;            /* [gap_bins] */
     double energy;          /* mean external energy per rod */
-    double pressure;        /* of the infinite system; NaN for the ring, where U makes it ambiguous */
+    double pressure;        /* of the infinite system; NaN for the ring: U makes it ambiguous */
     double bonded_fraction; /* of gaps: g = 0 (BAXTER) or g < eps (STICKY); NaN otherwise */
     /* Largest change on the last refinement, all of the above: profiles relative to their largest
-     * bin (contact and gap densities: or to 1e-6 of an even spread if that is more), energy relative to |energy| + kT. */
+     * bin (contact and gap densities: or to 1e-6 of an even spread if that is more), energy
+     * relative to |energy| + kT. */
     double error;
     size_t points;          /* grid points per period that were used */
     const char *route;      /* "infinite", "contour", "chain" or "percus"; static text */

@@ -4,14 +4,14 @@
  *
  *   (K_s psi)(x) = int_0^inf f(g) e^{-s g} w(x + sigma + g) psi(x + sigma + g) dg,  w = exp(-U/kT)
  *
- * adds a rod to the right of one at x, at reduced pressure s = P/kT. On functions with the period of
- * U it is a convolution after a multiplication: diagonal in Fourier space but for w. Hence no kink
- * or step of f ever meets the grid; with w smooth everything converges faster than any power of the
- * number of points.
+ * adds a rod to the right of one at x, at reduced pressure s = P/kT. On functions with the period
+ * of U it is a convolution after a multiplication: diagonal in Fourier space but for w. Hence no
+ * kink or step of f ever meets the grid; with w smooth everything converges faster than any power
+ * of the number of points.
  *
- * Infinite system: K_p phi = lambda phi and chi K_p = lambda chi (leading, positive) with p such that
- * the mean gap, -d ln(lambda)/dp, is the wanted one. "left" below is the left eigenvector of the
- * matrix, w included; right * left is the density of rods, up to a factor.
+ * Infinite system: K_p phi = lambda phi and chi K_p = lambda chi (leading, positive) with p such
+ * that the mean gap, -d ln(lambda)/dp, is the wanted one. "left" below is the left eigenvector of
+ * the matrix, w included; right * left is the density of rods, up to a factor.
  *
  * Averages of one gap, seen from the rod on its left at x, replace the K of that gap by one with
  * another measure in place of f(g) dg: a delta function at 0, a window, a bin. */
@@ -53,9 +53,9 @@ struct profile {
     double *gap;                               /* [gap_bins]; */
 };
 
-/* Measures of one gap. contact and window consist of points alone; for these the shifts of the grid by
- * sigma + g, which do not depend on s, are kept: column[point][0 .. 2n-1] so that column[n + i - j]
- * takes x_j to x_i + sigma + g, and w there, weight_there[point][i]. */
+/* Measures of one gap. contact and window consist of points alone; for these the shifts of the grid
+ * by sigma + g, which do not depend on s, are kept: column[point][0 .. 2n-1] so that column[n + i -
+ * j] takes x_j to x_i + sigma + g, and w there, weight_there[point][i]. */
 struct shifts {
     double *column, *weight_there; /* [count][2n], [count][n] */
 };
@@ -69,8 +69,8 @@ enum bcd_status functionals_init(struct functionals *functionals, const struct m
 enum bcd_status profile_init(struct profile *profile, const struct model *model,
                              struct scratch *scratch, size_t n);
 
-/* Adds Re(factor * (operator of each measure, over lambda, times rest)_ii). rest is the chain of the
- * other gaps: rest_ji leads from x_j on to x_i. */
+/* Adds Re(factor * (operator of each measure, over lambda, times rest)_ii). rest is the chain of
+ * the other gaps: rest_ji leads from x_j on to x_i. */
 struct contribution {
     struct transfer *transfer;
     const struct functionals *functionals;
