@@ -45,8 +45,8 @@ const struct report_figure *report_figure(size_t index);
 enum { REPORT_NAME_SIZE = 64 };
 void report_scene_name(const struct report_scene *scene, char name[REPORT_NAME_SIZE]);
 
-/* The job as JSON, malloc'ed; NULL = out of memory. With a method (not NULL) it is that one's, with a
- * time step of its own choice, in place of bcd with the table's. */
+/* The job as JSON, malloc'ed; NULL = out of memory. With a method (not NULL) it is that one's, with
+ * a time step of its own choice, in place of bcd with the table's. */
 char *report_scene_json(const struct report_scene *scene, bool full, const char *method);
 
 #endif

@@ -60,7 +60,8 @@ void queue_forget(struct queue *queue, const char *id);
 void queue_release(struct queue *queue, struct task *task);
 
 /* Cancels a job: no further chunk is handed out, running ones are told; when the last of them is
- * let go, the job is gone from here. Unknown ids are ignored. The store is the caller's business. */
+ * let go, the job is gone from here. Unknown ids are ignored. The store is the caller's business.
+ * */
 void queue_cancel(struct queue *queue, const char *id);
 
 /* 0..1 of a job in the queue; negative when it is not here (the store then knows). */

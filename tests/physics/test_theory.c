@@ -61,7 +61,8 @@ static void test_hard_rods_in_a_cosine(void **state)
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 5, 'length': 6, 'diameter': 0.6, 'potential': {'type': "
                          "'cosine', 'amplitude': 3}, 'time_step': 5e-4, 'initial': "
-                         "'equilibrium', 'time': 20, 'realizations': 100, 'observables': {'density': {'bins': "
+                         "'equilibrium', 'time': 20, 'realizations': 100, 'observables': "
+                         "{'density': {'bins': "
                          "20}, 'energy': {}, 'pair_distribution': {'bins': 30, 'last': 3}, "
                          "'contact_density': {'bins': 10, 'gap': 0.1}}}"),
         0);
@@ -80,7 +81,8 @@ static void check_sticky(double amplitude)
         experiment_scene("{'particles': 5, 'length': 6, 'diameter': 0.6, 'potential': {'type': "
                          "'cosine', 'amplitude': %g}, 'interaction': {'type': 'sticky', "
                          "'strength': 0.5, 'range': 0.1, 'exponent': 3}, 'time_step': "
-                         "'auto', 'initial': 'equilibrium', 'time': 4, 'realizations': 40, 'observables': "
+                         "'auto', 'initial': 'equilibrium', 'time': 4, 'realizations': 40, "
+                         "'observables': "
                          "{'density': {'bins': 10}, 'energy': {}, 'contact_density': {'bins': 3, "
                          "'gap': 0.1}}}",
                          amplitude),

@@ -49,8 +49,8 @@ static void tonks_gas(void **state)
 
 /* ---------------------------------------------------------------- single file */
 
-/* Two points on a ring of length ell: the mean moves freely, the distance is reflected at 0 and ell;
- * its autocorrelation is a sum over the odd modes of a triangle wave. */
+/* Two points on a ring of length ell: the mean moves freely, the distance is reflected at 0 and
+ * ell; its autocorrelation is a sum over the odd modes of a triangle wave. */
 static double two_points_msd(double ell, double D, double t)
 {
     double lost = 0;
@@ -184,9 +184,9 @@ static void tilted_drift_of_a_cosine(void **state)
     }
 }
 
-/* Far above the critical force the diffusion follows from perturbation theory in U0/f (kT -> 0 aside);
- * at strong tilt and low temperature, from the first passage over one period:
- * D_eff = (P^2/2) Var(tau)/<tau>^3 with the moments of the passage time by direct nested quadrature. */
+/* Far above the critical force the diffusion follows from perturbation theory in U0/f (kT -> 0
+ * aside); at strong tilt and low temperature, from the first passage over one period: D_eff =
+ * (P^2/2) Var(tau)/<tau>^3 with the moments of the passage time by direct nested quadrature. */
 static void tilted_diffusion_by_passage_times(void **state)
 {
     (void)state;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Exact equilibrium configurations against exact references: chi-square tests at fixed seeds.
  *
- * Of every configuration one rod, one gap and one pair are counted, so that the counts are independent
- * and chi-square is what its name says. A test fails below a p-value of 1e-5: with some 60 of them and
- * seeds that were not chosen, one accidental failure in 1600 sets of seeds. */
+ * Of every configuration one rod, one gap and one pair are counted, so that the counts are
+ * independent and chi-square is what its name says. A test fails below a p-value of 1e-5: with some
+ * 60 of them and seeds that were not chosen, one accidental failure in 1600 sets of seeds. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -214,7 +214,8 @@ static void hard_rods(void **state)
     const struct wave wide = {6, 1.5};
     const struct theory_system systems[] = {
         rods(1, 3, .5, &u6),    rods(2, 3, .8, &u6),   rods(3, 3, .7, &u20), rods(16, 20, .8, &u6),
-        rods(8, 12, 1.3, &u6),  rods(16, 20, .8, NULL), rods(20, 30, 0, &u6), rods(20, 21, .99, &u6),
+        rods(8, 12, 1.3, &u6),  rods(16, 20, .8, NULL),
+        rods(20, 30, 0, &u6), rods(20, 21, .99, &u6),
         rods(12, 15, .4, &wide)};
     for (size_t i = 0; i < sizeof systems / sizeof *systems; i++) {
         check_system(&systems[i], 20000, systems[i].particles > 3);
