@@ -4,16 +4,47 @@
 #include <string.h>
 
 #include "backward.h"
-#include "chain.h"
 
 /* Doubles kept in a draw; operations of a draw; rods, whose weights span the range of numbers. */
 enum { KEPT_MAX = 16000000, RODS_MAX = 1500 };
 #define COST_MAX 4e8
 
+/* Without a potential the bins divide the ring rather than a period: all the same. */
+static void fill_density(struct ramp *ramp, const struct theory_result *result, double period)
+{
+    double width = period / RAMP_POINTS, sum = 0;
+    for (size_t i = 0; i < RAMP_POINTS; i++) {
+        size_t before = (i + RAMP_POINTS - 1) % RAMP_POINTS;
+        ramp->value[i] = sum;
+        ramp->slope[i] = (result->density[before] + result->density[i]) / 2;
+        sum += result->density[i] * width;
+    }
+    ramp->value[RAMP_POINTS] = ramp->rise = sum;
+    ramp->slope[RAMP_POINTS] = ramp->slope[0];
+}
+
+static enum bcd_status init_tables(struct backward *backward, struct bcd_error *error)
+{
+    const struct model *model = backward->model;
+    double nowhere = 0;
+    const struct grid grid = {.n = 1, .period = model->period, .x = &nowhere};
+    struct chain_args args = {.model = model,
+                              .grid = &grid,
+                              .points = backward->points,
+                              .lambda = 1,
+                              .last = model->free_length};
+    const double everything[2] = {0, model->reach};
+    if (chain_init(&backward->tables, &args, &backward->scratch) ||
+        measure_init(&backward->bump, model, &backward->scratch, everything, 0)) {
+        return theory_fail(error, BCD_NO_MEMORY, "out of memory");
+    }
+    return BCD_OK;
+}
+
 enum bcd_status backward_init(struct backward *backward, const struct model *model,
                               struct bcd_error *error)
 {
-    backward->model = model;
+    *backward = (struct backward){.model = model};
     const struct theory_wanted wanted = {.density_bins = RAMP_POINTS};
     struct theory_result *result = NULL;
     enum bcd_status status = theory_canonical(&result, &model->system, &wanted, error);
@@ -28,19 +59,14 @@ enum bcd_status backward_init(struct backward *backward, const struct model *mod
         return theory_fail(error, BCD_INVALID,
                            "equilibrium draw: too many rods for so dense or so deep a system");
     }
-    struct ramp *ramp = &backward->density;
-    double width = model->period / RAMP_POINTS, sum = 0;
-    /* Without a potential the bins divide the ring: all the same. */
-    for (size_t i = 0; i < RAMP_POINTS; i++) {
-        size_t before = (i + RAMP_POINTS - 1) % RAMP_POINTS;
-        ramp->value[i] = sum;
-        ramp->slope[i] = (result->density[before] + result->density[i]) / 2;
-        sum += result->density[i] * width;
-    }
-    ramp->value[RAMP_POINTS] = ramp->rise = sum;
-    ramp->slope[RAMP_POINTS] = ramp->slope[0];
+    fill_density(&backward->density, result, model->period);
     theory_result_free(result);
-    return BCD_OK;
+    return init_tables(backward, error);
+}
+
+void backward_fini(struct backward *backward)
+{
+    scratch_free(&backward->scratch);
 }
 
 /* One draw. F_j = E_j(g) w at the place of rod j: arrays of all j. */
@@ -51,7 +77,8 @@ struct walk {
     size_t nodes;
     double *kept;  /* [rods - 1][nodes] F_1 .. F_{N-1} */
     double *delta; /* [rods - 1] weights of the delta functions at g = 0, w included */
-    struct measure bump;
+    const struct measure *all; /* quadrature over the whole bump */
+    struct measure bump;       /* over a part of it */
 };
 
 static double uniform(const struct walk *walk)
@@ -78,16 +105,29 @@ static double value_at(const struct walk *walk, const double *f, double gap)
     return panel_value(walk, f, panel, 2 * (place - (double)panel) - 1);
 }
 
-/* int of F over its panel from -1 to t. */
-static double panel_integral(const struct walk *walk, const double *f, size_t panel, double t)
+/* int of F over its panel from -1 to t is (t + 1) times a polynomial that the rule's points determine:
+ * mean[nu] = its values there. */
+static void panel_means(const struct walk *walk, const double *f, size_t panel,
+                        double mean[CHAIN_RULE])
 {
     const struct chain *chain = &walk->chain;
-    double sum = 0, half = (t + 1) / 2;
-    for (size_t i = 0; i < CHAIN_RULE; i++) {
-        sum += chain->weight[i] *
-               panel_value(walk, f, panel, -1 + half * (chain->node[i] + 1));
+    for (size_t tau = 0; tau < CHAIN_RULE; tau++) {
+        double sum = 0;
+        for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+            sum += chain->below[tau][nu] * f[panel * CHAIN_RULE + nu];
+        }
+        mean[tau] = sum / (chain->node[tau] + 1);
     }
-    return sum * half * chain->width / 2;
+}
+
+static double panel_integral(const struct walk *walk, const double mean[CHAIN_RULE], double t)
+{
+    double share[CHAIN_RULE], sum = 0;
+    chain_cardinal(&walk->chain, t, share);
+    for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+        sum += share[nu] * mean[nu];
+    }
+    return sum * (t + 1);
 }
 
 /* int of F over [0, end]. */
@@ -101,7 +141,9 @@ static double integral_to(const struct walk *walk, const double *f, double end)
             sum += chain->weight[nu] * f[panel * CHAIN_RULE + nu] * chain->width / 2;
         }
     }
-    return sum + panel_integral(walk, f, last, 2 * (end / chain->width - (double)last) - 1);
+    double mean[CHAIN_RULE];
+    panel_means(walk, f, last, mean);
+    return sum + panel_integral(walk, mean, 2 * (end / chain->width - (double)last) - 1);
 }
 
 /* g with int_0^g F = target, 0 <= g <= end. */
@@ -118,10 +160,11 @@ static double invert_integral(const struct walk *walk, const double *f, double t
             target -= whole;
             continue;
         }
-        double a = -1, b = 1, fa = -target, fb = whole - target;
+        double a = -1, b = 1, fa = -target, fb = whole - target, mean[CHAIN_RULE];
+        panel_means(walk, f, panel, mean);
         for (int turn = 0; turn < 60 && b - a > 1e-11; turn++) {
             double t = turn % 3 == 2 || !(fb > fa) ? (a + b) / 2 : a - fa * (b - a) / (fb - fa);
-            double here = panel_integral(walk, f, panel, t) - target;
+            double here = panel_integral(walk, mean, t) - target;
             if (here < 0) {
                 a = t;
                 fa = here;
@@ -155,6 +198,23 @@ static double bump_gap(struct walk *walk, const double *f, double end)
     return 0; /* F vanishes on all of the range: not reached, as the bump then has no weight */
 }
 
+/* int of bump(u) F(end - u) over u in [0, end]. */
+static double bump_integral(struct walk *walk, const double *f, double end)
+{
+    const struct measure *points = walk->all;
+    if (end < walk->model->reach) { /* cut short */
+        const double range[2] = {0, end};
+        walk->bump.count = 0;
+        measure_add_bump(&walk->bump, walk->model, range, 0);
+        points = &walk->bump;
+    }
+    double sum = 0;
+    for (size_t i = 0; i < points->count; i++) {
+        sum += points->weight[i] * value_at(walk, f, end - points->gap[i]);
+    }
+    return sum;
+}
+
 /* Place of rod j, given that of the next one, `end`. */
 static double step_back(struct walk *walk, size_t j, double end)
 {
@@ -165,12 +225,7 @@ static double step_back(struct walk *walk, size_t j, double end)
     if (model->bond > 0) {
         bond = model->bond * value_at(walk, f, end);
     } else if (model->reach > 0) {
-        const double range[2] = {0, fmin(model->reach, end)};
-        walk->bump.count = 0;
-        measure_add_bump(&walk->bump, model, range, 0);
-        for (size_t i = 0; i < walk->bump.count; i++) {
-            bond += walk->bump.weight[i] * value_at(walk, f, end - walk->bump.gap[i]);
-        }
+        bond = bump_integral(walk, f, end);
     }
     double pick = uniform(walk) * (together + open + bond);
     if (pick < together) {
@@ -190,7 +245,8 @@ static enum bcd_status walk_init(struct walk *walk, const struct backward *backw
                               .grid = grid,
                               .points = backward->points,
                               .lambda = 1,
-                              .last = model->free_length};
+                              .last = model->free_length,
+                              .like = &backward->tables};
     if (chain_init(&walk->chain, &args, scratch)) {
         return BCD_NO_MEMORY;
     }
@@ -234,7 +290,7 @@ enum bcd_status backward_draw(const struct backward *backward, double *y, double
     const struct model *model = backward->model;
     size_t rods = (size_t)model->system.particles;
     struct scratch scratch = {0};
-    struct walk walk = {.model = model, .uniforms = uniforms};
+    struct walk walk = {.model = model, .uniforms = uniforms, .all = &backward->bump};
     const struct ramp *ramp = &backward->density;
     *first = ramp_inverse(ramp, model->period, uniform(&walk) * ramp->rise);
     const struct grid grid = {.n = 1, .period = model->period, .x = first};

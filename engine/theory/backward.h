@@ -10,6 +10,7 @@
 #ifndef THEORY_BACKWARD_H
 #define THEORY_BACKWARD_H
 
+#include "chain.h"
 #include "ramp.h"
 #include "sampler.h"
 #include "tools.h"
@@ -18,11 +19,16 @@ struct backward {
     const struct model *model;
     size_t points;       /* per period; panels go with it */
     struct ramp density; /* integral of the ring's density */
+    struct chain tables; /* what all chains share */
+    struct measure bump; /* quadrature over all of the bump */
+    struct scratch scratch;
 };
 
-/* BCD_INVALID when a draw would cost too much, or the ring's density is not known. */
+/* To be ended with _fini also on failure. BCD_INVALID when a draw would cost too much, or the ring's density is not known. */
 enum bcd_status backward_init(struct backward *backward, const struct model *model,
                               struct bcd_error *error);
+
+void backward_fini(struct backward *backward);
 
 /* y[0] = 0; the other rods relative to it. *first = place of rod 0 within its period. */
 enum bcd_status backward_draw(const struct backward *backward, double *y, double *first,

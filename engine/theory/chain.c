@@ -40,16 +40,30 @@ double chain_cost(const struct model *model, size_t points, double last)
     return chain_nodes(model, points, last) * (weights + CHAIN_RULE * 2 * (1 + reach));
 }
 
-/* Cardinal functions of the rule's nodes at t in [-1, 1]: barycentric would divide by zero at the
- * nodes; 16 points are few enough for the plain products. */
-static void cardinal(const double *node, double t, double *value)
+void chain_cardinal(const struct chain *chain, double t, double value[CHAIN_RULE])
 {
+    double sum = 0;
     for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
-        double product = 1;
-        for (size_t mu = 0; mu < CHAIN_RULE; mu++) {
-            product *= mu == nu ? 1 : (t - node[mu]) / (node[nu] - node[mu]);
+        double distance = t - chain->node[nu];
+        if (distance == 0) {
+            memset(value, 0, CHAIN_RULE * sizeof *value);
+            value[nu] = 1;
+            return;
         }
-        value[nu] = product;
+        value[nu] = chain->barycentric[nu] / distance;
+        sum += value[nu];
+    }
+    for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+        value[nu] /= sum;
+    }
+}
+
+static void init_rule(struct chain *chain)
+{
+    gauss_legendre(CHAIN_RULE, chain->node, chain->weight);
+    for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
+        double x = chain->node[nu], size = sqrt((1 - x * x) * chain->weight[nu]);
+        chain->barycentric[nu] = nu % 2 ? -size : size;
     }
 }
 
@@ -59,7 +73,7 @@ static void init_below(struct chain *chain)
         double half = (chain->node[tau] + 1) / 2;
         for (size_t i = 0; i < CHAIN_RULE; i++) {
             double value[CHAIN_RULE];
-            cardinal(chain->node, -1 + half * (chain->node[i] + 1), value);
+            chain_cardinal(chain, -1 + half * (chain->node[i] + 1), value);
             for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
                 chain->below[tau][nu] +=
                     half * chain->weight[i] * value[nu] * chain->width / 2;
@@ -94,7 +108,7 @@ static enum bcd_status init_bump(struct chain *chain, struct scratch *scratch)
             double *row = chain->bump + (d * CHAIN_RULE + tau) * CHAIN_RULE;
             for (size_t i = 0; i < points.count; i++) {
                 double value[CHAIN_RULE];
-                cardinal(chain->node, 2 * (top - points.gap[i]) / chain->width - 1, value);
+                chain_cardinal(chain, 2 * (top - points.gap[i]) / chain->width - 1, value);
                 for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
                     row[nu] += points.weight[i] * value[nu];
                 }
@@ -102,6 +116,16 @@ static enum bcd_status init_bump(struct chain *chain, struct scratch *scratch)
         }
     }
     return BCD_OK;
+}
+
+static void share_tables(struct chain *chain, const struct chain *like)
+{
+    memcpy(chain->node, like->node, sizeof chain->node);
+    memcpy(chain->weight, like->weight, sizeof chain->weight);
+    memcpy(chain->barycentric, like->barycentric, sizeof chain->barycentric);
+    memcpy(chain->below, like->below, sizeof chain->below);
+    chain->bump = like->bump;
+    chain->reach_panels = like->reach_panels;
 }
 
 static double gap_at(const struct chain *chain, size_t node)
@@ -129,8 +153,15 @@ enum bcd_status chain_init(struct chain *chain, const struct chain_args *args,
     if (scratch->failed) {
         return BCD_NO_MEMORY;
     }
-    gauss_legendre(CHAIN_RULE, chain->node, chain->weight);
-    init_below(chain);
+    if (args->like) {
+        share_tables(chain, args->like);
+    } else {
+        init_rule(chain);
+        init_below(chain);
+        if (init_bump(chain, scratch)) {
+            return BCD_NO_MEMORY;
+        }
+    }
     for (size_t node = 0; node < nodes; node++) {
         double f = 1 + model_bump(model, gap_at(chain, node));
         for (size_t i = 0; i < n; i++) {
@@ -140,7 +171,7 @@ enum bcd_status chain_init(struct chain *chain, const struct chain_args *args,
     for (size_t i = 0; i < n; i++) {
         chain->delta[i] = model->bond / chain->lambda;
     }
-    return init_bump(chain, scratch);
+    return BCD_OK;
 }
 
 /* product = E_j w / lambda at every node. */
@@ -226,11 +257,6 @@ void chain_step(struct chain *chain)
     chain->rods++;
 }
 
-void chain_cardinal(const struct chain *chain, double t, double value[CHAIN_RULE])
-{
-    cardinal(chain->node, t, value);
-}
-
 void chain_kept_value(const struct chain *chain, const double *value, int64_t rods, double gap,
                       double *out)
 {
@@ -245,7 +271,7 @@ void chain_kept_value(const struct chain *chain, const double *value, int64_t ro
     size_t panel = place > 0 ? (size_t)place : 0;
     panel = panel < chain->panels ? panel : chain->panels - 1;
     double share[CHAIN_RULE];
-    cardinal(chain->node, 2 * (place - (double)panel) - 1, share);
+    chain_cardinal(chain, 2 * (place - (double)panel) - 1, share);
     memset(out, 0, n * sizeof *out);
     for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
         add_scaled(n, out, value + (panel * CHAIN_RULE + nu) * n, share[nu]);

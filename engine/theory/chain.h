@@ -26,7 +26,7 @@ struct chain {
     double *value;              /* [panels * CHAIN_RULE][n], at rising g */
     double *delta;              /* [n] */
     double *product, *table, *running; /* work */
-    double node[CHAIN_RULE], weight[CHAIN_RULE];
+    double node[CHAIN_RULE], weight[CHAIN_RULE], barycentric[CHAIN_RULE];
     double below[CHAIN_RULE][CHAIN_RULE]; /* integral of cardinal function nu up to node tau */
     size_t reach_panels;                  /* q: panels within the reach of the bump */
     double *bump; /* [q + 1][RULE][RULE]: bump folded with cardinal functions d panels back */
@@ -39,6 +39,7 @@ struct chain_args {
     const struct grid *grid; /* n and x are used */
     size_t points;
     double lambda, last;
+    const struct chain *like; /* one of the same model, points and last, to share tables with; or NULL */
 };
 enum bcd_status chain_init(struct chain *chain, const struct chain_args *args,
                            struct scratch *scratch);

@@ -415,7 +415,7 @@ static enum bcd_status try_closing(const struct theory_sampler *s, double *place
  * much as PLACED operations of the recursion; below QUICK the choice is not worth its set-up. */
 static enum bcd_status choose(struct theory_sampler *s, struct bcd_error *error)
 {
-    enum { PLACED = 50, QUICK = 5000000, POINTS_GUESS = 79 };
+    enum { PLACED = 50, QUICK = 500000, POINTS_GUESS = 79 };
     struct bcd_error first = {0}, second = {0};
     double placed = INFINITY;
     enum bcd_status status = fill(s, &first);
@@ -465,7 +465,7 @@ enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
         status = choose(fresh, error);
     }
     if (status) {
-        free(fresh);
+        theory_sampler_free(fresh);
         return status;
     }
     fresh->periods = round(system->length / fresh->model.period);
@@ -475,6 +475,9 @@ enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
 
 void theory_sampler_free(struct theory_sampler *sampler)
 {
+    if (sampler) {
+        backward_fini(&sampler->backward);
+    }
     free(sampler);
 }
 
