@@ -120,7 +120,9 @@ static void pair_want(const void *par, const struct plan *plan, struct theory_wa
 static void pair_exact(const void *par, const struct plan *plan, struct exact *exact)
 {
     (void)par, (void)plan;
-    exact_from(exact, exact->equilibrium ? exact->equilibrium->pair : NULL);
+    /* A theory without pairs: they were refused, the rest was not (reference.c). */
+    bool given = exact->equilibrium && exact->equilibrium->wanted.pair_bins == exact->rows;
+    exact_from(exact, given ? exact->equilibrium->pair : NULL);
 }
 
 const struct observable_type observable_pair_distribution = {
