@@ -75,8 +75,8 @@ struct walk {
     const struct theory_uniforms *uniforms;
     struct chain chain;
     size_t nodes;
-    double *kept;  /* [rods - 1][nodes] F_1 .. F_{N-1} */
-    double *delta; /* [rods - 1] weights of the delta functions at g = 0, w included */
+    double *kept;              /* [rods - 1][nodes] F_1 .. F_{N-1} */
+    double *delta;             /* [rods - 1] weights of the delta functions at g = 0, w included */
     const struct measure *all; /* quadrature over the whole bump */
     struct measure bump;       /* over a part of it */
 };
@@ -105,8 +105,8 @@ static double value_at(const struct walk *walk, const double *f, double gap)
     return panel_value(walk, f, panel, 2 * (place - (double)panel) - 1);
 }
 
-/* int of F over its panel from -1 to t is (t + 1) times a polynomial that the rule's points determine:
- * mean[nu] = its values there. */
+/* int of F over its panel from -1 to t is (t + 1) times a polynomial that the rule's points
+ * determine: mean[nu] = its values there. */
 static void panel_means(const struct walk *walk, const double *f, size_t panel,
                         double mean[CHAIN_RULE])
 {
@@ -268,11 +268,9 @@ static void compute_chain(struct walk *walk)
     size_t rods = (size_t)walk->model->system.particles;
     double x = chain->grid->x[0], sigma = walk->model->system.diameter;
     for (size_t j = 1; j < rods; j++) {
-        walk->delta[j - 1] =
-            chain->delta[0] * model_weight(walk->model, x + (double)j * sigma);
+        walk->delta[j - 1] = chain->delta[0] * model_weight(walk->model, x + (double)j * sigma);
         chain_step(chain);
-        memcpy(walk->kept + (j - 1) * walk->nodes, chain->product,
-               walk->nodes * sizeof(double));
+        memcpy(walk->kept + (j - 1) * walk->nodes, chain->product, walk->nodes * sizeof(double));
         double largest = chain->delta[0];
         for (size_t node = 0; node < walk->nodes; node++) {
             largest = fmax(largest, chain->value[node]);

@@ -24,7 +24,8 @@ struct backward {
     struct scratch scratch;
 };
 
-/* To be ended with _fini also on failure. BCD_INVALID when a draw would cost too much, or the ring's density is not known. */
+/* To be ended with _fini also on failure. BCD_INVALID when a draw would cost too much, or the
+ * ring's density is not known. */
 enum bcd_status backward_init(struct backward *backward, const struct model *model,
                               struct bcd_error *error);
 

@@ -75,8 +75,7 @@ static void init_below(struct chain *chain)
             double value[CHAIN_RULE];
             chain_cardinal(chain, -1 + half * (chain->node[i] + 1), value);
             for (size_t nu = 0; nu < CHAIN_RULE; nu++) {
-                chain->below[tau][nu] +=
-                    half * chain->weight[i] * value[nu] * chain->width / 2;
+                chain->below[tau][nu] += half * chain->weight[i] * value[nu] * chain->width / 2;
             }
         }
     }
@@ -93,8 +92,7 @@ static enum bcd_status init_bump(struct chain *chain, struct scratch *scratch)
     struct measure points = {.capacity = 4 * measure_capacity(model, everything, 0)};
     points.gap = scratch_doubles(scratch, points.capacity);
     points.weight = scratch_doubles(scratch, points.capacity);
-    chain->bump =
-        scratch_doubles(scratch, (chain->reach_panels + 1) * CHAIN_RULE * CHAIN_RULE);
+    chain->bump = scratch_doubles(scratch, (chain->reach_panels + 1) * CHAIN_RULE * CHAIN_RULE);
     if (scratch->failed) {
         return BCD_NO_MEMORY;
     }
@@ -130,8 +128,7 @@ static void share_tables(struct chain *chain, const struct chain *like)
 
 static double gap_at(const struct chain *chain, size_t node)
 {
-    return chain->width *
-           ((double)(node / CHAIN_RULE) + (chain->node[node % CHAIN_RULE] + 1) / 2);
+    return chain->width * ((double)(node / CHAIN_RULE) + (chain->node[node % CHAIN_RULE] + 1) / 2);
 }
 
 enum bcd_status chain_init(struct chain *chain, const struct chain_args *args,

@@ -39,7 +39,8 @@ struct chain_args {
     const struct grid *grid; /* n and x are used */
     size_t points;
     double lambda, last;
-    const struct chain *like; /* one of the same model, points and last, to share tables with; or NULL */
+    const struct chain
+        *like; /* one of the same model, points and last, to share tables with; or NULL */
 };
 enum bcd_status chain_init(struct chain *chain, const struct chain_args *args,
                            struct scratch *scratch);

@@ -48,10 +48,8 @@ static void build_step(struct contour *c, double complex s)
 {
     struct transfer *t = &c->transfer;
     size_t n = t->grid.n;
-    struct kernel_args args = {.grid = &t->grid,
-                               .measure = &t->all,
-                               .diameter = c->model->system.diameter,
-                               .s = s};
+    struct kernel_args args = {
+        .grid = &t->grid, .measure = &t->all, .diameter = c->model->system.diameter, .s = s};
     kernel_modes(&args, t->mode);
     for (size_t k = 0; k < n; k++) {
         double wave = (double)k - (double)t->grid.half - cimag(s) * c->model->period / (2 * PI);

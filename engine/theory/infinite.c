@@ -75,8 +75,7 @@ enum bcd_status theory_infinite(struct theory_result **result, const struct theo
     if (status) {
         return status;
     }
-    struct refinement how = {.compute = compute,
-                             .levels = sizeof points / sizeof *points,
-                             .what = "infinite system"};
+    struct refinement how = {
+        .compute = compute, .levels = sizeof points / sizeof *points, .what = "infinite system"};
     return refine(result, &model, wanted, &how, error);
 }

@@ -34,8 +34,7 @@ static enum bcd_status check_pair(const struct theory_system *system, struct bcd
     case THEORY_BAXTER:
         if (!(pair->strength > 0 && pair->strength < 1e9)) {
             return theory_fail(error, BCD_INVALID,
-                               "the stickiness %g must be positive and below 1e9",
-                               pair->strength);
+                               "the stickiness %g must be positive and below 1e9", pair->strength);
         }
         return BCD_OK;
     case THEORY_ENERGY:
@@ -111,9 +110,8 @@ static enum bcd_status fold_potential(struct model *model, struct bcd_error *err
     }
     double ratio = system->length / system->period, whole = round(ratio);
     if (!(system->period > 0) || whole < 1 || fabs(ratio - whole) > 1e-9 * whole) {
-        return theory_fail(error, BCD_INVALID,
-                           "the length %g is not a whole number of periods %g", system->length,
-                           system->period);
+        return theory_fail(error, BCD_INVALID, "the length %g is not a whole number of periods %g",
+                           system->length, system->period);
     }
     model->period = model->bin_period = system->length / whole;
     enum { SCAN = 4096 };

@@ -25,8 +25,7 @@ static double averages(const struct one_rod *rod, size_t points)
     double lowest = INFINITY, highest = -INFINITY, up = 0, down = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (size_t i = 0; i < points; i++) {
-            double u =
-                rod->energy(rod->ctx, rod->period * (double)i / (double)points) / rod->kT;
+            double u = rod->energy(rod->ctx, rod->period * (double)i / (double)points) / rod->kT;
             if (pass == 0) {
                 lowest = fmin(lowest, u);
                 highest = fmax(highest, u);
@@ -72,7 +71,7 @@ struct tilt {
     double mirror, drop; /* +-1; f P/kT */
     double barrier;      /* largest rise of V on the way down, within a period */
     size_t panels;
-    double *v, *edge;    /* [panels RULE], [panels + 1] V at the points and between the panels */
+    double *v, *edge;     /* [panels RULE], [panels + 1] V at the points and between the panels */
     double *plus, *minus; /* [panels RULE] S, R; then I+ and I-: over exp(barrier) */
     double node[RULE], weight[RULE], below[RULE][RULE];
 };
@@ -87,9 +86,8 @@ static void rule_below(struct tilt *tilt)
             for (size_t i = 0; i < RULE; i++) {
                 double t = -1 + half * (tilt->node[i] + 1), product = tilt->weight[i];
                 for (size_t mu = 0; mu < RULE; mu++) {
-                    product *= mu == nu
-                                   ? 1
-                                   : (t - tilt->node[mu]) / (tilt->node[nu] - tilt->node[mu]);
+                    product *=
+                        mu == nu ? 1 : (t - tilt->node[mu]) / (tilt->node[nu] - tilt->node[mu]);
                 }
                 sum += product;
             }

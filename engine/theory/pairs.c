@@ -174,8 +174,7 @@ static double add_term(double *bins, const struct pairs *pairs, const struct cha
             double r = work->points.r[k], gap = r - contact;
             chain_value(chain, gap, work->left);
             rest_at(pairs, j, r, work->right);
-            sum += work->points.weight[k] * exp(-pairs->transfer->p * gap) *
-                   join(pairs, r, work);
+            sum += work->points.weight[k] * exp(-pairs->transfer->p * gap) * join(pairs, r, work);
         }
         if (bin == bin_of_contact(model, j) && model->bond > 0) {
             memcpy(work->left, chain->delta, n * sizeof(double));

@@ -91,9 +91,9 @@ static enum bcd_status percus_init(struct percus *p, size_t n)
 {
     struct scratch *scratch = &p->scratch;
     grid_init(&p->grid, p->model, scratch, n);
-    double **vectors[] = {&p->shift,     &p->cover,    &p->behind, &p->back,    &p->rho,
-                          &p->next,      &p->empty,    &p->bond,   &p->rate,    &p->integral,
-                          &p->bond_back, &p->by_rho,   &p->by_next, &p->by_empty};
+    double **vectors[] = {&p->shift,     &p->cover,  &p->behind,  &p->back,    &p->rho,
+                          &p->next,      &p->empty,  &p->bond,    &p->rate,    &p->integral,
+                          &p->bond_back, &p->by_rho, &p->by_next, &p->by_empty};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) {
         *vectors[i] = scratch_doubles(scratch, n);
     }
@@ -166,8 +166,8 @@ static void differentiate_local(struct percus *p)
         for (size_t j = 0; j < n; j++) {
             size_t d = (i + n - j) % n;
             double same = i == j ? 1 : 0, empty = -p->cover[d];
-            double bond = p->by_rho[i] * same + p->by_next[i] * p->shift[d] +
-                          p->by_empty[i] * empty;
+            double bond =
+                p->by_rho[i] * same + p->by_next[i] * p->shift[d] + p->by_empty[i] * empty;
             p->bond_matrix[i * n + j] = bond;
             p->rate_matrix[i * n + j] = (same - bond - v * empty) / m;
         }
@@ -352,8 +352,7 @@ enum bcd_status theory_percus(struct theory_result **result, const struct theory
         return theory_fail(error, BCD_INVALID,
                            "Percus' functional gives densities at contact only");
     }
-    struct refinement how = {.compute = compute,
-                             .levels = sizeof points / sizeof *points,
-                             .what = "Percus' functional"};
+    struct refinement how = {
+        .compute = compute, .levels = sizeof points / sizeof *points, .what = "Percus' functional"};
     return refine(result, &model, wanted, &how, error);
 }

@@ -67,8 +67,7 @@ static enum bcd_status shifts_init(struct shifts *shifts, const struct measure *
         for (size_t i = 0; i < n; i++) {
             shifts->column[point * 2 * n + i] = shifts->column[point * 2 * n + n + i] =
                 creal(column[i]);
-            shifts->weight_there[point * n + i] =
-                model_weight(model, grid->x[i] + sigma + gap);
+            shifts->weight_there[point * n + i] = model_weight(model, grid->x[i] + sigma + gap);
         }
     }
     return BCD_OK;
@@ -84,8 +83,7 @@ enum bcd_status functionals_init(struct functionals *f, const struct model *mode
     if (!status && wanted->contact_gap > 0) {
         status = window_measure(&f->window, model, scratch, wave_number);
     }
-    status = status ? status
-                    : shifts_init(&f->contact_shifts, &f->contact, model, grid, scratch);
+    status = status ? status : shifts_init(&f->contact_shifts, &f->contact, model, grid, scratch);
     status = status ? status : shifts_init(&f->window_shifts, &f->window, model, grid, scratch);
     if (!status && model->system.pair.kind == THEORY_BAXTER) {
         status = point_measure(&f->bond, scratch, model->bond);
@@ -157,8 +155,7 @@ static void add_points(double *out, const struct contribution *c, const struct m
 }
 
 /* As add_diagonal, averaged over i: only sums of rest along its diagonals matter. */
-static void add_gaps(struct profile *profile, const struct contribution *c,
-                     struct scratch *scratch)
+static void add_gaps(struct profile *profile, const struct contribution *c, struct scratch *scratch)
 {
     struct transfer *t = c->transfer;
     size_t n = t->grid.n;
@@ -187,8 +184,7 @@ void profile_add(struct profile *profile, const struct contribution *c, struct s
     struct transfer *t = c->transfer;
     transfer_column(t, &t->all, c->s);
     add_diagonal(profile->density, c);
-    add_points(profile->contact, c, &c->functionals->contact,
-               &c->functionals->contact_shifts);
+    add_points(profile->contact, c, &c->functionals->contact, &c->functionals->contact_shifts);
     if (profile->window) {
         add_points(profile->window, c, &c->functionals->window, &c->functionals->window_shifts);
     }

@@ -76,8 +76,8 @@ static double add_measure(struct ring *ring, double *out, const struct measure *
         size_t parts = 1 + (size_t)(width / (6 * ring->model->period / (double)ring->grid.n));
         double half = width / (2 * (double)parts);
         for (size_t i = 0; i < parts * CHAIN_RULE; i++) {
-            double gap = measure->from +
-                         half * (2 * (double)(i / CHAIN_RULE) + 1 + node[i % CHAIN_RULE]);
+            double gap =
+                measure->from + half * (2 * (double)(i / CHAIN_RULE) + 1 + node[i % CHAIN_RULE]);
             total += add_point(ring, out, gap, half * weight[i % CHAIN_RULE]);
         }
     }

@@ -21,13 +21,13 @@ struct table {
 struct theory_sampler {
     struct model model;
     double p, lambda, periods, nowhere, bound; /* acceptance factors are at most bound */
-    struct table phi;        /* right of a rod */
-    struct table left;       /* h*: left of an empty place */
-    struct table open_right; /* probability that a gap to the right is no bond */
+    struct table phi;                          /* right of a rod */
+    struct table left;                         /* h*: left of an empty place */
+    struct table open_right;                   /* probability that a gap to the right is no bond */
     struct table open_left;
     struct table chi;
-    struct table next;      /* w phi: where bonds of finite range lead */
-    struct table next_left; /* w chi */
+    struct table next;                      /* w phi: where bonds of finite range lead */
+    struct table next_left;                 /* w chi */
     struct table next_most, next_left_most; /* bounds of these over the reach, right and left */
     struct ramp density;
     struct ramp decay; /* -ln h + p x */
@@ -74,9 +74,9 @@ static void series_table(const struct series *series, struct table *table)
         double complex step = cexp(I * kappa * x), wave = 1;
         for (size_t k = 0; k <= series->grid->half; k++) {
             double complex term = series->coefficient[k] * wave * (k ? 2 : 1);
-            sum += creal(series->decay
-                             ? term / (series->p + I * (series->decay * kappa * (double)k))
-                             : term);
+            sum +=
+                creal(series->decay ? term / (series->p + I * (series->decay * kappa * (double)k))
+                                    : term);
             wave *= step;
         }
         table->value[i + 1] = sum;
@@ -170,8 +170,7 @@ static bool fill_functions(struct theory_sampler *s, const struct transfer *t,
     series.shift = -sigma;
     series_table(&series, &s->open_left);
     /* lambda chi(x) = int f(g) e^{-p g} (w chi)(x - sigma - g) dg: the grid's column, reversed. */
-    struct kernel_args args = {
-        .grid = &t->grid, .measure = &t->all, .diameter = sigma, .s = t->p};
+    struct kernel_args args = {.grid = &t->grid, .measure = &t->all, .diameter = sigma, .s = t->p};
     kernel_modes(&args, t->mode);
     for (size_t k = 0; k <= t->grid.half; k++) {
         coefficient[k] *= conj(t->mode[t->grid.half + k]) / t->lambda;
@@ -258,8 +257,8 @@ static enum bcd_status fill(struct theory_sampler *s, struct bcd_error *error)
             scratch_free(&scratch);
             return theory_fail(error, BCD_NO_MEMORY, "out of memory");
         }
-        bool good = !status && resolved(&t, coefficient) &&
-                    fill_functions(s, &t, coefficient, values);
+        bool good =
+            !status && resolved(&t, coefficient) && fill_functions(s, &t, coefficient, values);
         if (good) {
             s->p = t.p;
             s->lambda = t.lambda;
@@ -454,8 +453,8 @@ enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
     const struct theory_wanted nothing = {0};
     enum bcd_status status = model_init(&fresh->model, system, &nothing, error);
     if (!status && system->pair.kind == THEORY_ENERGY) {
-        status = theory_fail(error, BCD_INVALID,
-                             "equilibrium draw: only for hard and for sticky rods");
+        status =
+            theory_fail(error, BCD_INVALID, "equilibrium draw: only for hard and for sticky rods");
     }
     if (!status && system->particles > 1000000) {
         status = theory_fail(error, BCD_INVALID, "equilibrium draw: more than 1e6 rods");
@@ -494,8 +493,7 @@ static void place(const struct theory_sampler *s, double *y, double first, doubl
 }
 
 enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
-                                    const struct theory_uniforms *uniforms,
-                                    struct bcd_error *error)
+                                    const struct theory_uniforms *uniforms, struct bcd_error *error)
 {
     struct draw draw = {.s = sampler, .uniforms = uniforms, .y = y};
     double first;

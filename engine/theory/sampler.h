@@ -40,8 +40,7 @@ struct theory_sampler;
 /* Tables only: immutable, may be shared. Takes up to some seconds. Refused in words when neither
  * way of drawing works. */
 enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
-                                      const struct theory_system *system,
-                                      struct bcd_error *error);
+                                      const struct theory_system *system, struct bcd_error *error);
 void theory_sampler_free(struct theory_sampler *sampler);
 
 /* Draws reduced coordinates y[0 .. N-1]: rod i sits at x_i = y_i + i sigma; y_0 is within [0, L),

@@ -47,9 +47,9 @@ static void skellam(double a, double b, double *at_least_1, double *equal)
 }
 
 struct file {
-    double density;      /* of points; infinite line */
+    double density;        /* of points; infinite line */
     double particles, ell; /* ring; particles = 0: infinite line */
-    double four_t;       /* 4 D t */
+    double four_t;         /* 4 D t */
 };
 
 static double tail_line(const struct file *file, double x)
@@ -175,8 +175,7 @@ double single_file_msd_ring(int64_t particles, double length, double diameter, d
     if (D * t > ell * ell) {
         return late; /* up to exp(-4 pi^2 D t/ell^2) */
     }
-    struct file file = {
-        .particles = n, .ell = ell, .four_t = 4 * D * t};
+    struct file file = {.particles = n, .ell = ell, .four_t = 4 * D * t};
     double middle = single_file_msd_long(density, diameter, D, t) + 2 * D * t / n;
     return integrate(&file, sqrt(fmin(fmin(2 * D * t, middle), late)));
 }

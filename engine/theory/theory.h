@@ -38,9 +38,9 @@ enum theory_pair_kind { THEORY_HARD, THEORY_BAXTER, THEORY_STICKY, THEORY_ENERGY
 
 struct theory_pair {
     enum theory_pair_kind kind;
-    double strength; /* gamma > 0, a length; BAXTER and STICKY */
-    double range;    /* eps > 0; STICKY */
-    double exponent; /* q >= 0; STICKY */
+    double strength;                                    /* gamma > 0, a length; BAXTER and STICKY */
+    double range;                                       /* eps > 0; STICKY */
+    double exponent;                                    /* q >= 0; STICKY */
     double (*energy)(const void *ctx, double distance); /* V(r), r between centres; ENERGY */
     const void *ctx;
     double cutoff; /* V = 0 from here on; sigma < cutoff <= 2 sigma; ENERGY */
@@ -94,8 +94,8 @@ struct theory_result {
      * bin (contact and gap densities: or to 1e-6 of an even spread if that is more), energy
      * relative to |energy| + kT. */
     double error;
-    size_t points;          /* grid points per period that were used */
-    const char *route;      /* "infinite", "contour", "chain" or "percus"; static text */
+    size_t points;     /* grid points per period that were used */
+    const char *route; /* "infinite", "contour", "chain" or "percus"; static text */
 };
 
 void theory_result_free(struct theory_result *result);

@@ -121,8 +121,8 @@ void matrix_multiply(struct matrix *out, const struct matrix *a, const struct ma
             /* n may be odd: the last row then goes twice, once with factor 0. */
             size_t next = k + 1 < n ? k + 1 : k;
             double use = k + 1 < n ? 1 : 0;
-            const double factor[4] = {a->re[i * n + k], a->im[i * n + k],
-                                      use * a->re[i * n + next], use * a->im[i * n + next]};
+            const double factor[4] = {a->re[i * n + k], a->im[i * n + k], use * a->re[i * n + next],
+                                      use * a->im[i * n + next]};
             const double *const rows[4] = {b->re + k * n, b->im + k * n, b->re + next * n,
                                            b->im + next * n};
             add_two_rows(n, row, factor, rows);

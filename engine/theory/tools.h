@@ -33,15 +33,15 @@ void gauss_legendre(size_t count, double *node, double *weight);
 struct model {
     struct theory_system system;
     struct theory_wanted wanted;
-    double period;  /* internal period: that of U, or a convenient fraction of L without U */
-    double bin_period; /* stretch that is divided into bins */
-    double lowest;  /* smallest U found: weights are relative to it */
+    double period;      /* internal period: that of U, or a convenient fraction of L without U */
+    double bin_period;  /* stretch that is divided into bins */
+    double lowest;      /* smallest U found: weights are relative to it */
     double free_length; /* ell = L - N sigma > 0 */
     double mean_gap;    /* ell / N */
     double density;     /* N / L */
-    double reach;   /* f(g) = 1 from here on */
-    double bond;    /* weight of the delta function at g = 0 */
-    bool any_pressure; /* the transfer operator is wanted near the mean gap, not exactly at it */
+    double reach;       /* f(g) = 1 from here on */
+    double bond;        /* weight of the delta function at g = 0 */
+    bool any_pressure;  /* the transfer operator is wanted near the mean gap, not exactly at it */
 };
 enum bcd_status model_init(struct model *model, const struct theory_system *system,
                            const struct theory_wanted *wanted, struct bcd_error *error);
@@ -69,8 +69,8 @@ size_t measure_capacity(const struct model *model, const double range[2], double
 struct grid {
     size_t n, half;
     double period;
-    double *x, *weight, *energy;  /* [n] */
-    double complex *root;         /* [n] exp(2 pi i j / n) */
+    double *x, *weight, *energy; /* [n] */
+    double complex *root;        /* [n] exp(2 pi i j / n) */
 };
 void grid_init(struct grid *grid, const struct model *model, struct scratch *scratch, size_t n);
 /* Fourier coefficients c_k, k = 0 .. half, of a real function: f = sum_k c_k exp(i kappa_k x). */

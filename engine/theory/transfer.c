@@ -13,10 +13,8 @@ double transfer_wave_number(const struct model *model, size_t n)
 
 void transfer_column(struct transfer *t, const struct measure *measure, double complex s)
 {
-    struct kernel_args args = {.grid = &t->grid,
-                               .measure = measure,
-                               .diameter = t->model->system.diameter,
-                               .s = s};
+    struct kernel_args args = {
+        .grid = &t->grid, .measure = measure, .diameter = t->model->system.diameter, .s = s};
     kernel_modes(&args, t->mode);
     kernel_column(&t->grid, t->mode, t->complex_column);
 }
@@ -223,10 +221,10 @@ static enum bcd_status solve_pressure(struct transfer *t, double *shifted, struc
             break;
         }
     }
-    return fabs(before_y) < 1e-12 ? BCD_OK
-                                  : theory_fail(error, BCD_INVALID,
-                                                "no pressure found for a mean gap of %g",
-                                                t->model->mean_gap);
+    return fabs(before_y) < 1e-12
+               ? BCD_OK
+               : theory_fail(error, BCD_INVALID, "no pressure found for a mean gap of %g",
+                             t->model->mean_gap);
 }
 
 enum bcd_status transfer_init(struct transfer *t, const struct model *model,

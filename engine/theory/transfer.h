@@ -23,10 +23,10 @@
 struct transfer {
     const struct model *model;
     struct grid grid;
-    struct measure all;   /* f(g) dg */
-    double p, lambda;     /* reduced pressure; leading eigenvalue */
-    double gap_variance;  /* -d(mean gap)/dp: variance of a gap, correlations included */
-    double *right, *left; /* [n], positive, sum of right * left = 1 */
+    struct measure all;          /* f(g) dg */
+    double p, lambda;            /* reduced pressure; leading eigenvalue */
+    double gap_variance;         /* -d(mean gap)/dp: variance of a gap, correlations included */
+    double *right, *left;        /* [n], positive, sum of right * left = 1 */
     double *matrix, *work, *sum; /* [n][n], [n], [2n] */
     size_t *pivot;
     double complex *mode, *complex_column; /* [n] */
