@@ -165,7 +165,7 @@ static bool add_theta(struct contour *c, size_t index)
  * apart nothing is alive. */
 static bool sum_thetas(struct contour *c)
 {
-    enum { LIMIT = 40 }; /* units of 1e9 multiplications: some twenty seconds */
+    enum { LIMIT = 20 }; /* units of 1e9 multiplications: some ten seconds */
     size_t stride = 1 + c->thetas / 256, half = c->thetas / 2;
     for (size_t index = 0; index <= half; index++) {
         if (c->operations > LIMIT * 1e9) {
