@@ -48,6 +48,7 @@ static void build_step(struct contour *c, double complex s)
 {
     struct transfer *t = &c->transfer;
     size_t n = t->grid.n;
+    c->operations += 20 * (double)(n * n);
     struct kernel_args args = {
         .grid = &t->grid, .measure = &t->all, .diameter = c->model->system.diameter, .s = s};
     kernel_modes(&args, t->mode);
@@ -221,7 +222,7 @@ static enum bcd_status integrate(struct contour *c, struct bcd_error *error)
             return status; /* more pairs than can be told in time are no lack of memory */
         }
         if (!sum_thetas(c)) {
-            return theory_fail(error, BCD_INVALID,
+            return theory_fail(error, BCD_INTERNAL,
                                "canonical ring: too long a computation (%.0f points per period, "
                                "%.0f values of theta)",
                                n, thetas);

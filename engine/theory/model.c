@@ -92,6 +92,14 @@ static enum bcd_status check_wanted(const struct model *model, struct bcd_error 
                            "contact gap %g, last gap %g or last distance %g does not fit the ring",
                            w->contact_gap, w->gap_last, w->pair_last);
     }
+    /* Quadratures run over these stretches in panels that resolve a period. */
+    double longest = fmax(fmax(model->reach, w->contact_gap), w->gap_bins ? w->gap_last : 0);
+    longest = fmax(longest, w->pair_bins ? w->pair_last : 0);
+    if (!(longest <= 2000 * model->period)) {
+        return theory_fail(error, BCD_INVALID,
+                           "ranges, gaps or distances up to %g are too many periods %g", longest,
+                           model->period);
+    }
     if (!(w->tolerance >= 1e-12 && w->tolerance < 1)) {
         return theory_fail(error, BCD_INVALID, "tolerance %g is not within 1e-12 .. 1",
                            w->tolerance);

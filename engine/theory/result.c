@@ -89,7 +89,8 @@ enum bcd_status refine(struct theory_result **result, const struct model *model,
     struct theory_result *before = NULL, *now = NULL;
     enum bcd_status status = BCD_INVALID;
     double distance = INFINITY, tolerance = model->wanted.tolerance;
-    for (size_t level = 0; level < how->levels && distance > tolerance; level++) {
+    int stalled = 0;
+    for (size_t level = 0; level < how->levels && distance > tolerance && stalled < 2; level++) {
         theory_result_free(before);
         before = now;
         now = NULL;
@@ -97,10 +98,20 @@ enum bcd_status refine(struct theory_result **result, const struct model *model,
         if (status == BCD_INVALID && level + 1 < how->levels) {
             continue; /* too coarse a grid for anything: the next one may do */
         }
+        if (status == BCD_INTERNAL) {
+            status = BCD_INVALID;
+            if (error) {
+                error->code = status;
+            }
+        }
         if (status) {
             goto cleanup;
         }
+        double last = distance;
         distance = before ? result_distance(before, now, model) : INFINITY;
+        /* What is far off and hardly nearer than before will not arrive either. */
+        bool slow = level >= 5 && isfinite(distance) && distance > .3 * last;
+        stalled = slow && distance > 1e3 * tolerance ? stalled + 1 : 0;
     }
     if (!(distance <= tolerance)) {
         status = theory_fail(error, BCD_INVALID,

@@ -91,7 +91,7 @@ static enum bcd_status prepare(struct ring *ring, size_t n, struct bcd_error *er
     double rods = (double)model->system.particles, ell = model->free_length;
     double cost = chain_cost(model, n, ell) * rods * (double)n;
     if (!(cost < 3e10) || chain_nodes(model, n, ell) * (double)n > 3e7) {
-        return theory_fail(error, BCD_INVALID,
+        return theory_fail(error, BCD_INTERNAL,
                            "canonical ring, rod by rod: too long a computation (%zu points per "
                            "period)",
                            n);

@@ -106,7 +106,9 @@ enum bcd_status result_create(struct theory_result **result, const struct theory
 double result_distance(const struct theory_result *a, const struct theory_result *b,
                        const struct model *model);
 
-/* Computes on finer and finer grids until two in a row agree. */
+/* Computes on finer and finer grids until two in a row agree. compute returns BCD_INVALID when its
+ * grid is too coarse, BCD_INTERNAL when finer ones would be of no use, both with a text for the
+ * caller. */
 struct refinement {
     enum bcd_status (*compute)(struct theory_result **result, const struct model *model,
                                size_t level, struct bcd_error *error);

@@ -151,7 +151,7 @@ static enum bcd_status solve_at(struct transfer *t, double p, double *shifted, d
     size_t n = t->grid.n;
     t->p = p;
     int powers = 40;
-    for (int attempt = 0; attempt < 3; attempt++, powers *= 20) {
+    for (int attempt = 0; attempt < 3; attempt++, powers *= 10) {
         if (attempt > 0) {
             for (size_t i = 0; i < n; i++) {
                 t->right[i] = 1;
