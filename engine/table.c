@@ -39,6 +39,16 @@ double *table_add(struct bcd_table *table, const char *name, enum bcd_role role)
     return column->values;
 }
 
+enum bcd_status table_add_centres(struct bcd_table *table, const char *name, double range)
+{
+    double *x = table_add(table, name, BCD_ROLE_X);
+    if (!x)
+        return BCD_NO_MEMORY;
+    for (size_t i = 0; i < table->rows; i++)
+        x[i] = ((double)i + 0.5) * range / (double)table->rows;
+    return BCD_OK;
+}
+
 void table_add_absent(struct bcd_table *table, const char *name, enum bcd_role role,
                       const char *reason)
 {

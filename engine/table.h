@@ -13,6 +13,9 @@ void table_axes(struct bcd_table *table, const char *x_label, const char *y_labe
 /* Adds a column of table->rows numbers to be filled in; NULL = no memory. */
 double *table_add(struct bcd_table *table, const char *name, enum bcd_role role);
 
+/* Adds the x column of a profile: centres of table->rows bins over [0, range]. */
+enum bcd_status table_add_centres(struct bcd_table *table, const char *name, double range);
+
 /* Adds a column that is absent, and why. */
 void table_add_absent(struct bcd_table *table, const char *name, enum bcd_role role,
                       const char *reason);

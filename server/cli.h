@@ -32,6 +32,12 @@ int cli_help(const struct cli_command *self);
 int cli_wrong(const struct cli_command *self, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
+/* What getopt_long returned for a word that is no option, or one without its value (c == ':'). */
+int cli_wrong_option(const struct cli_command *self, int c, const char *word);
+
+/* The value of --workers; CLI_OK, or CLI_USAGE with words on stderr. */
+int cli_parse_workers(const struct cli_command *self, const char *text, int64_t *workers);
+
 /* Whole number within min..max; false = it is none. */
 bool cli_parse_integer(const char *text, int64_t min, int64_t max, int64_t *value);
 

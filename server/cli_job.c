@@ -30,6 +30,19 @@ int cli_wrong(const struct cli_command *self, const char *format, ...)
     return CLI_USAGE;
 }
 
+int cli_wrong_option(const struct cli_command *self, int c, const char *word)
+{
+    return c == ':' ? cli_wrong(self, "%s needs a value", word)
+                    : cli_wrong(self, "%s is no option", word);
+}
+
+int cli_parse_workers(const struct cli_command *self, const char *text, int64_t *workers)
+{
+    if (cli_parse_integer(text, 1, LIMIT_WORKERS_MAX, workers))
+        return CLI_OK;
+    return cli_wrong(self, "--workers must be 1 to %d, not \"%s\"", LIMIT_WORKERS_MAX, text);
+}
+
 bool cli_parse_integer(const char *text, int64_t min, int64_t max, int64_t *value)
 {
     char *end;

@@ -121,9 +121,8 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
             options->full = true;
             break;
         case 'w':
-            if (!cli_parse_integer(optarg, 1, LIMIT_WORKERS_MAX, &options->workers))
-                return cli_wrong(self, "--workers must be 1 to %d, not \"%s\"", LIMIT_WORKERS_MAX,
-                                 optarg);
+            if (cli_parse_workers(self, optarg, &options->workers) != CLI_OK)
+                return CLI_USAGE;
             break;
         case 'j':
             options->jobs = true;
@@ -135,8 +134,7 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
             options->help = true;
             return CLI_OK;
         default:
-            return cli_wrong(self, c == ':' ? "%s needs a value" : "%s is no option",
-                             argv[optind - 1]);
+            return cli_wrong_option(self, c, argv[optind - 1]);
         }
     }
     if (optind != argc)

@@ -109,12 +109,7 @@ static enum bcd_status contact_describe(const void *par, const struct plan *plan
     (void)moments;
     table_describe(table, "contact_density", contact_count(par, plan));
     table_axes(table, "x", "contact density \xcf\x81\xe2\x82\x82(x, x+\xcf\x83)");
-    double *x = table_add(table, "x", BCD_ROLE_X);
-    if (!x)
-        return BCD_NO_MEMORY;
-    for (size_t i = 0; i < table->rows; i++)
-        x[i] = ((double)i + 0.5) * plan->period / (double)table->rows;
-    return BCD_OK;
+    return table_add_centres(table, "x", plan->period);
 }
 
 static enum bcd_status contact_extend(const void *par, const struct plan *plan,

@@ -66,12 +66,7 @@ static enum bcd_status density_describe(const void *par, const struct plan *plan
     (void)moments;
     table_describe(table, "density", density_count(par, plan));
     table_axes(table, "x", "density \xcf\x81(x)");
-    double *x = table_add(table, "x", BCD_ROLE_X);
-    if (!x)
-        return BCD_NO_MEMORY;
-    for (size_t i = 0; i < table->rows; i++)
-        x[i] = ((double)i + 0.5) * plan->period / (double)table->rows;
-    return BCD_OK;
+    return table_add_centres(table, "x", plan->period);
 }
 
 static void density_want(const void *par, const struct plan *plan, struct theory_wanted *wanted)

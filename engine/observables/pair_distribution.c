@@ -103,12 +103,7 @@ static enum bcd_status pair_describe(const void *par, const struct plan *plan,
     (void)moments;
     table_describe(table, "pair_distribution", pair_count(par, plan));
     table_axes(table, "distance r", "pair distribution g(r)");
-    double *r = table_add(table, "r", BCD_ROLE_X);
-    if (!r)
-        return BCD_NO_MEMORY;
-    for (size_t i = 0; i < table->rows; i++)
-        r[i] = ((double)i + 0.5) * pair_last(par, plan) / (double)table->rows;
-    return BCD_OK;
+    return table_add_centres(table, "r", pair_last(par, plan));
 }
 
 static void pair_want(const void *par, const struct plan *plan, struct theory_wanted *wanted)
