@@ -252,9 +252,14 @@ static enum bcd_status merge(struct work *work, int64_t chunk, struct bcd_tally 
                              struct bcd_tally *whole)
 {
     struct blob blob = {0};
+    enum store_status loaded;
     enum bcd_status status;
+    int tries = 0;
 
-    if (store_results_load_chunk(work->workers->store, work->task->id, chunk, &blob) != STORE_OK) {
+    do
+        loaded = store_results_load_chunk(work->workers->store, work->task->id, chunk, &blob);
+    while (try_again(work, loaded, ++tries));
+    if (loaded != STORE_OK) {
         snprintf(work->error.text, sizeof work->error.text,
                  "part %lld of the results could not be read", (long long)chunk);
         return BCD_INTERNAL;
@@ -358,22 +363,35 @@ static bool put_results(struct work *work, const struct results *results)
     return false;
 }
 
-static bool finish_job(struct work *work)
+/* From the chunks in the store to the job's tables. */
+static enum bcd_status collect(struct work *work, struct results *results)
 {
     struct bcd_tally *tally = NULL;
+    enum bcd_status status = merge_all(work, &tally);
+
+    if (status == BCD_OK)
+        status = make_results(tally, work->task->scene, results);
+    bcd_tally_free(tally);
+    return status;
+}
+
+static bool finish_job(struct work *work)
+{
     struct results results = {0};
     bool finished = false;
+    int tries = 0;
 
-    /* A cancel takes the chunks away while they are merged: no failure either. */
-    work->error.code = merge_all(work, &tally);
-    if (work->error.code == BCD_OK)
-        work->error.code = make_results(tally, work->task->scene, &results);
+    /* All chunks are computed: want of memory is worth waiting for. */
+    while ((work->error.code = collect(work, &results)) == BCD_NO_MEMORY &&
+           ++tries < MEMORY_TRIES_MAX && back_off(work, tries)) {
+        results_fini(&results);
+        results = (struct results){0};
+    }
     if (work->error.code == BCD_OK)
         finished = put_results(work, &results);
-    else
-        finished = atomic_load(work->task->cancelled);
+    else /* a cancel takes the chunks away; after a stop the next start finishes the job */
+        finished = should_stop(work);
     results_fini(&results);
-    bcd_tally_free(tally);
     return finished;
 }
 
