@@ -74,6 +74,14 @@ enum bcd_param_type {
     BCD_PARAM_NUMBER,  /* double */
     BCD_PARAM_AUTO,    /* double, or "auto" (held as NaN) */
     BCD_PARAM_CHOICE,  /* one of a list of words (held as its index, int64_t) */
+    BCD_PARAM_NUMBERS, /* a list of doubles (struct bcd_numbers) */
+    BCD_PARAM_TEXT,    /* printable ASCII (char *, NULL = not given) */
+};
+
+/* A list, owned by the group it is a value of. */
+struct bcd_numbers {
+    size_t count;
+    double *at;
 };
 
 /* One row of a parameter table. Checks, readers, writers and documentation all come from it. */
@@ -83,7 +91,9 @@ struct bcd_param {
     bool required;           /* no default: the job must give it */
     bool above_min;          /* the minimum itself is refused */
     const char *unit;        /* "length", "time", "energy", ... or "" */
-    double min, max;         /* for numbers and integers, inclusive unless above_min */
+    double min, max;         /* for numbers and integers, inclusive unless above_min; in a list
+                              * for each of its numbers */
+    size_t least, most;      /* how many numbers a list holds, how many characters a text */
     double fallback;         /* default: number, integer, index of a choice, or NaN = "auto" */
     const char *(*choice)(size_t index); /* the words of a CHOICE; NULL past the last */
     const char *doc;
@@ -105,18 +115,22 @@ const struct bcd_param *bcd_group_find(const struct bcd_group *group, const char
 
 /* Set one value after checking type and range; a fault is appended to errors and false returned.
  * _number refuses NaN and infinities; for an INTEGER row it accepts whole numbers up to 2^53 only
- * through _integer. _text sets a CHOICE, or "auto". */
+ * through _integer. _numbers copies a list. _text sets a CHOICE, "auto", or copies a TEXT. */
 bool bcd_group_set_integer(struct bcd_group *group, const struct bcd_param *row, int64_t value,
                            struct bcd_errors *errors);
 bool bcd_group_set_number(struct bcd_group *group, const struct bcd_param *row, double value,
                           struct bcd_errors *errors);
+bool bcd_group_set_numbers(struct bcd_group *group, const struct bcd_param *row,
+                           const double *values, size_t count, struct bcd_errors *errors);
 bool bcd_group_set_text(struct bcd_group *group, const struct bcd_param *row, const char *value,
                         struct bcd_errors *errors);
 
-/* Read one value back. _text gives the word of a CHOICE; "auto" for an AUTO row that holds it,
- * NULL where the row holds a number. */
+/* Read one value back. _number of a list or text is NaN. _text gives the word of a CHOICE; "auto"
+ * for an AUTO row that holds it; a TEXT, "" where none was given; NULL where the row holds a number
+ * or a list. _numbers gives a list, borrowed. */
 int64_t bcd_group_integer(const struct bcd_group *group, const struct bcd_param *row);
 double bcd_group_number(const struct bcd_group *group, const struct bcd_param *row);
+struct bcd_numbers bcd_group_numbers(const struct bcd_group *group, const struct bcd_param *row);
 const char *bcd_group_text(const struct bcd_group *group, const struct bcd_param *row);
 
 /* ------------------------------------------------------------------- scene */

@@ -11,6 +11,8 @@ const char *equilibrium_missing(const struct plan *plan)
         return "closest packing (particles * diameter = length) is a rigid body";
     if (plan->force != 0 && plan->field)
         return "a constant force in a potential drives a current: not in equilibrium";
+    if (plan->walls)
+        return "no exact theory between walls yet";
     if (plan->field && !plan_field_steady(plan))
         return "the potential moves: not in equilibrium";
     if (plan->pair && !plan->pair->theory)

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static int64_t *integer_at(const struct bcd_group *group, const struct bcd_param *row)
@@ -16,6 +17,21 @@ static int64_t *integer_at(const struct bcd_group *group, const struct bcd_param
 static double *number_at(const struct bcd_group *group, const struct bcd_param *row)
 {
     return (double *)(void *)((char *)group->values + row->offset);
+}
+
+static struct bcd_numbers *numbers_at(const struct bcd_group *group, const struct bcd_param *row)
+{
+    return (struct bcd_numbers *)(void *)((char *)group->values + row->offset);
+}
+
+static char **text_at(const struct bcd_group *group, const struct bcd_param *row)
+{
+    return (char **)(void *)((char *)group->values + row->offset);
+}
+
+static bool holds_number(const struct bcd_param *row)
+{
+    return row->type == BCD_PARAM_NUMBER || row->type == BCD_PARAM_AUTO;
 }
 
 static bool holds_integer(const struct bcd_param *row)
@@ -32,9 +48,20 @@ void group_init(struct bcd_group *group, const struct bcd_param *rows, void *val
         assert(row - rows < 64); /* one bit each in `given` */
         if (holds_integer(row))
             *integer_at(group, row) = (int64_t)row->fallback;
-        else
+        else if (holds_number(row))
             *number_at(group, row) = row->fallback;
     }
+}
+
+void group_free(struct bcd_group *group)
+{
+    for (const struct bcd_param *row = group->rows; row->name; row++) {
+        if (row->type == BCD_PARAM_NUMBERS)
+            free(numbers_at(group, row)->at);
+        if (row->type == BCD_PARAM_TEXT)
+            free(*text_at(group, row));
+    }
+    free(group->values);
 }
 
 static void mark_given(struct bcd_group *group, const struct bcd_param *row)
@@ -88,6 +115,18 @@ static bool in_range(const struct bcd_param *row, double value)
            value <= row->max;
 }
 
+/* "must be a number or \"auto\"" - what a row takes, for faults about something else. */
+static const char *wanted(const struct bcd_param *row)
+{
+    static const char *const words[] = {[BCD_PARAM_INTEGER] = "an integer",
+                                        [BCD_PARAM_NUMBER] = "a number",
+                                        [BCD_PARAM_AUTO] = "a number or \"auto\"",
+                                        [BCD_PARAM_CHOICE] = "a word",
+                                        [BCD_PARAM_NUMBERS] = "a list of numbers",
+                                        [BCD_PARAM_TEXT] = "a text"};
+    return words[row->type];
+}
+
 bool bcd_group_set_integer(struct bcd_group *group, const struct bcd_param *row, int64_t value,
                            struct bcd_errors *errors)
 {
@@ -107,8 +146,8 @@ bool bcd_group_set_number(struct bcd_group *group, const struct bcd_param *row, 
                           struct bcd_errors *errors)
 {
     mark_given(group, row);
-    if (row->type == BCD_PARAM_CHOICE) {
-        group_fault(group, row->name, errors, "must be a word, not a number");
+    if (!holds_number(row) && row->type != BCD_PARAM_INTEGER) {
+        group_fault(group, row->name, errors, "must be %s, not a number", wanted(row));
         return false;
     }
     if (row->type == BCD_PARAM_INTEGER) {
@@ -120,6 +159,67 @@ bool bcd_group_set_number(struct bcd_group *group, const struct bcd_param *row, 
         return false;
     }
     *number_at(group, row) = value == 0 ? 0 : value; /* -0 and 0 are the same job */
+    return true;
+}
+
+bool bcd_group_set_numbers(struct bcd_group *group, const struct bcd_param *row,
+                           const double *values, size_t count, struct bcd_errors *errors)
+{
+    mark_given(group, row);
+    if (row->type != BCD_PARAM_NUMBERS) {
+        group_fault(group, row->name, errors, "must be %s, not a list", wanted(row));
+        return false;
+    }
+    if (count < row->least || count > row->most) {
+        group_fault(group, row->name, errors, "must hold %zu to %zu numbers, not %zu", row->least,
+                    row->most, count);
+        return false;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (!in_range(row, values[i])) {
+            char name[sizeof((struct bcd_error *)0)->field];
+            snprintf(name, sizeof name, "%s/%zu", row->name, i);
+            group_fault(group, name, errors, "must be %s %.12g and at most %.12g, not %.17g",
+                        row->above_min ? "above" : "at least", row->min, row->max, values[i]);
+            return false;
+        }
+    }
+    double *copy = malloc((count + 1) * sizeof *copy);
+    if (!copy) {
+        group_fault(group, row->name, errors, "no memory");
+        return false;
+    }
+    for (size_t i = 0; i < count; i++)
+        copy[i] = values[i] == 0 ? 0 : values[i];
+    free(numbers_at(group, row)->at);
+    *numbers_at(group, row) = (struct bcd_numbers){count, copy};
+    return true;
+}
+
+static bool set_free_text(struct bcd_group *group, const struct bcd_param *row, const char *value,
+                          struct bcd_errors *errors)
+{
+    size_t length = strlen(value);
+    if (length < row->least || length > row->most) {
+        group_fault(group, row->name, errors, "must be %zu to %zu characters long, not %zu",
+                    row->least, row->most, length);
+        return false;
+    }
+    for (size_t i = 0; i < length; i++) {
+        if (value[i] < ' ' || value[i] > '~') {
+            group_fault(group, row->name, errors,
+                        "must be printable ASCII; character %zu is not", i + 1);
+            return false;
+        }
+    }
+    char *copy = malloc(length + 1);
+    if (!copy) {
+        group_fault(group, row->name, errors, "no memory");
+        return false;
+    }
+    memcpy(copy, value, length + 1);
+    free(*text_at(group, row));
+    *text_at(group, row) = copy;
     return true;
 }
 
@@ -140,11 +240,10 @@ bool bcd_group_set_text(struct bcd_group *group, const struct bcd_param *row, co
         *number_at(group, row) = NAN;
         return true;
     }
+    if (row->type == BCD_PARAM_TEXT)
+        return set_free_text(group, row, value, errors);
     if (row->type != BCD_PARAM_CHOICE) {
-        group_fault(group, row->name, errors, "must be %s, not the text \"%.40s\"",
-                    row->type == BCD_PARAM_INTEGER ? "an integer"
-                    : row->type == BCD_PARAM_AUTO  ? "a number or \"auto\""
-                                                   : "a number",
+        group_fault(group, row->name, errors, "must be %s, not the text \"%.40s\"", wanted(row),
                     value);
         return false;
     }
@@ -167,12 +266,21 @@ int64_t bcd_group_integer(const struct bcd_group *group, const struct bcd_param 
 
 double bcd_group_number(const struct bcd_group *group, const struct bcd_param *row)
 {
-    return holds_integer(row) ? (double)*integer_at(group, row) : *number_at(group, row);
+    return holds_integer(row)  ? (double)*integer_at(group, row)
+           : holds_number(row) ? *number_at(group, row)
+                               : NAN;
+}
+
+struct bcd_numbers bcd_group_numbers(const struct bcd_group *group, const struct bcd_param *row)
+{
+    return row->type == BCD_PARAM_NUMBERS ? *numbers_at(group, row) : (struct bcd_numbers){0, NULL};
 }
 
 const char *bcd_group_text(const struct bcd_group *group, const struct bcd_param *row)
 {
     if (row->type == BCD_PARAM_CHOICE)
         return row->choice((size_t)*integer_at(group, row));
+    if (row->type == BCD_PARAM_TEXT)
+        return *text_at(group, row) ? *text_at(group, row) : "";
     return row->type == BCD_PARAM_AUTO && isnan(*number_at(group, row)) ? "auto" : NULL;
 }

@@ -9,6 +9,9 @@
 void group_init(struct bcd_group *group, const struct bcd_param *rows, void *values,
                 const char *pointer, const char *type);
 
+/* Frees the values and the lists and texts in them. */
+void group_free(struct bcd_group *group);
+
 /* A fault for each required row that was not given. */
 void group_check_required(const struct bcd_group *group, struct bcd_errors *errors);
 

@@ -14,7 +14,12 @@
 /* What every kind of part has: the head of its table, as member `base`. */
 struct part_type {
     struct bcd_part part;
-    size_t par_size;
+    size_t par_size; /* of par, zeroed: what rows describe, then what `complete` makes of it */
+    /* Potentials and interactions, once all their rows are set and the geometry is known: checks
+     * what rows alone cannot, and makes tables or byte code in members of par that no row
+     * describes. NULL = nothing to do. */
+    void (*complete)(struct bcd_group *group, const struct plan *plan, struct bcd_errors *errors);
+    void (*release)(void *par); /* ends what complete made; also after none or a failed one */
 };
 
 /* ------------------------------------------------------------- potentials */
@@ -29,8 +34,7 @@ struct rods {
 
 struct potential_type {
     struct part_type base;
-    void (*check)(const struct bcd_group *group, struct bcd_errors *errors); /* NULL = rows do */
-    double (*period)(const void *par);     /* > 0 */
+    double (*period)(const void *par); /* > 0; INFINITY = has none: walls only */
     bool (*flat)(const void *par);         /* exerts no force: the scene leaves it out */
     double (*curvature_max)(const void *par); /* max |U''| */
     /* out[i] += scale * F(x[i]), F = -U' */
@@ -59,19 +63,22 @@ static inline bool plan_field_steady(const struct plan *plan)
 
 /* ------------------------------------------------------------------ pairs */
 
-/* Neighbours as pair forces see them: gaps y[i+1] - y[i], and y[0] + free_length - y[count-1]. */
+/* Neighbours as pair forces see them: gaps y[i+1] - y[i] and, unless there are walls, y[0] +
+ * free_length - y[count-1]. Distance of the centres of the k-th neighbours: y[i+k] - y[i] + k *
+ * diameter. */
 struct ring {
     const double *y;
     int64_t count; /* >= 2 */
-    double free_length, temperature;
+    double free_length, diameter, temperature;
+    bool walls; /* an open line: no pair across the seam */
 };
 
 struct pair_type {
     struct part_type base;
-    void (*check)(const struct bcd_group *group, struct bcd_errors *errors); /* NULL = rows do */
     bool (*absent)(const void *par);    /* exerts no force: the scene leaves it out */
     double (*range)(const void *par);   /* no force between gaps beyond */
-    double (*stiffness)(const void *par); /* max |dF/dg| / kT */
+    /* max |dF/dg| / kT over the distances that rods come to */
+    double (*stiffness)(const void *par, const struct plan *plan);
     void (*theory)(const void *par, struct theory_pair *pair); /* NULL = no exact theory */
     /* out[i] += scale * F_i */
     void (*add_force)(const void *par, const struct ring *ring, double scale, double *out);
@@ -87,16 +94,22 @@ struct step_limit;
 struct method_type {
     struct bcd_part part;
     bool keeps_contacts; /* noise ends in exact contacts: too many of them, as sqrt(h) */
+    double order; /* weak order in the time step at contacts: errors fall as h^order */
     double step_ns;    /* rough cost of one rod and step, for estimates and sampling intervals */
     /* Why it cannot run this plan; NULL = it can. A NULL slot: it can run all. */
     const char *(*cannot)(const struct plan *plan);
     /* The largest step that keeps the tolerance (L1 error of the density). */
     struct step_limit (*time_step)(const struct plan *plan);
-    void (*layout)(struct sim *sim, struct arena *scratch);
+    /* Memory: `kept` goes into checkpoints (plain data, no pointers), `scratch` does not. */
+    void (*layout)(struct sim *sim, struct arena *kept, struct arena *scratch);
+    void (*begin)(struct sim *sim); /* rods are placed, tick 0: its kept memory; NULL = none */
     void (*advance)(struct sim *sim, int64_t ticks);
     /* Positions within the next step, [N], valid until the next call; the run is left as it is.
      * NULL = static observables look at the rods themselves. */
     const double *(*view)(struct sim *sim, enum view view);
+    /* force[i] = force with which rod i pushes rod i + 1 (mod N) during the next step, 0 where they
+     * are not in contact; the run is left as it is. NULL = it knows no contact forces. */
+    void (*contact_forces)(struct sim *sim, double *force);
 };
 
 /* ------------------------------------------------------------ observables */
@@ -148,6 +161,8 @@ struct observable_type {
     /* The longest time step that still resolves what is asked; INFINITY = no demand. */
     double (*time_step_max)(const void *par, const struct plan *plan);
     const char *value; /* name of the column of measured values */
+    bool dynamic;        /* depends on how rods move, not only on where they are */
+    bool contact_forces; /* asks the method for contact forces */
     bool one_view;     /* the difference between two views does not bound its time-step error */
     /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own
      * times. */

@@ -37,6 +37,9 @@ static void plan_geometry(struct bcd_scene *scene, struct bcd_errors *errors)
     plan->temperature = job->temperature;
     plan->diffusion = job->mobility * job->temperature;
     plan->force = job->force;
+    plan->tolerance = job->tolerance;
+    plan->walls = job->boundary == BOUNDARY_WALLS;
+    plan->low = plan->walls ? job->diameter / 2 : 0;
     plan->initial = job->initial;
     plan->seed = (uint64_t)job->seed;
     plan->realizations = job->realizations;
@@ -54,26 +57,43 @@ static void plan_geometry(struct bcd_scene *scene, struct bcd_errors *errors)
                        job->length);
 }
 
-static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
+/* The part of a slot that takes one, completed; NULL = none. */
+static struct scene_part *complete_part(struct bcd_scene *scene, enum bcd_slot slot,
+                                        const struct part_type *(*type)(int64_t index),
+                                        struct bcd_errors *errors)
 {
-    struct plan *plan = &scene->plan;
-    plan->period = plan->length;
-    plan->periods = 1;
     for (size_t i = 0; i < scene->part_count; i++) {
-        const struct scene_part *part = &scene->parts[i];
-        if (part->slot != BCD_SLOT_POTENTIAL)
+        struct scene_part *part = &scene->parts[i];
+        if (part->slot != slot)
             continue;
-        plan->potential = potential_types[part->index];
-        plan->potential_par = part->group.values;
-        if (plan->potential->check)
-            plan->potential->check(&part->group, errors);
+        if (type(part->index)->complete)
+            type(part->index)->complete(&part->group, &scene->plan, errors);
+        return part;
     }
-    if (!plan->potential)
-        return;
+    return NULL;
+}
+
+static const struct part_type *potential_base(int64_t index)
+{
+    return &potential_types[index]->base;
+}
+
+static const struct part_type *pair_base(int64_t index)
+{
+    return &pair_types[index]->base;
+}
+
+/* On a ring a whole number of the potential's periods. Forces have the potential's own period,
+ * profiles L / periods: 64 L away, where rods are moved back, both must still agree. */
+static void plan_period(struct plan *plan, struct bcd_errors *errors)
+{
     double period = plan->potential->period(plan->potential_par);
+    if (!isfinite(period)) {
+        bcd_errors_add(errors, "/potential",
+                       "has no period: it needs \"boundary\": \"walls\", or a \"period\"");
+        return;
+    }
     double periods = rint(plan->length / period);
-    /* Forces have the potential's own period, profiles L / periods: 64 L away, where rods are moved
-     * back, both must still agree. */
     double off = fabs(plan->length / period - periods);
     if (periods < 1 || periods > 1e9 || off > fmin(1e-9 * periods, 1e-6)) {
         double below = floor(plan->length / period) * period;
@@ -85,45 +105,83 @@ static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
     }
     plan->periods = (int64_t)periods;
     plan->period = plan->length / periods;
+}
+
+static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct plan *plan = &scene->plan;
+    plan->period = plan->length;
+    plan->periods = 1;
+    size_t before = errors->count;
+    struct scene_part *part =
+        complete_part(scene, BCD_SLOT_POTENTIAL, potential_base, errors);
+    if (!part || errors->count > before)
+        return;
+    plan->potential = potential_types[part->index];
+    plan->potential_par = part->group.values;
     plan->field = !plan->potential->flat(plan->potential_par);
+    if (!plan->walls)
+        plan_period(plan, errors);
 }
 
 static void plan_pair(struct bcd_scene *scene, struct bcd_errors *errors)
 {
     struct plan *plan = &scene->plan;
-    for (size_t i = 0; i < scene->part_count; i++) {
-        const struct scene_part *part = &scene->parts[i];
-        if (part->slot != BCD_SLOT_INTERACTION)
-            continue;
-        const struct pair_type *pair = pair_types[part->index];
-        if (pair->check)
-            pair->check(&part->group, errors);
-        bool acts = plan->particles > 1 && !pair->absent(part->group.values);
-        plan->pair = acts ? pair : NULL;
-        plan->pair_par = part->group.values;
+    size_t before = errors->count;
+    struct scene_part *part = complete_part(scene, BCD_SLOT_INTERACTION, pair_base, errors);
+    if (!part || errors->count > before || plan->particles < 2)
+        return;
+    const struct pair_type *pair = pair_types[part->index];
+    plan->pair = pair->absent(part->group.values) ? NULL : pair;
+    plan->pair_par = part->group.values;
+}
+
+/* What the observables ask of the method. */
+static void plan_demands(struct bcd_scene *scene)
+{
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
+        const struct observable_type *type = scene_observable_type(part);
+        scene->plan.asks_dynamics = scene->plan.asks_dynamics || type->dynamic;
+        scene->plan.asks_contact_forces = scene->plan.asks_contact_forces || type->contact_forces;
     }
 }
 
 /* ------------------------------------------------------------------ method */
 
-/* Auto: the first registered method that can run the plan. */
+/* Why a method cannot run the plan; NULL = it can. */
+static const char *why_not(const struct method_type *method, const struct plan *plan)
+{
+    if (plan->asks_contact_forces && !method->contact_forces)
+        return "has no clusters whose contact forces could be measured";
+    return method->cannot ? method->cannot(plan) : NULL;
+}
+
+/* Auto: the first registered method that can run the plan, for the list begins with the cheapest.
+ * The second, strang, can run all but what the ones after it are there for. */
 static void plan_method(struct bcd_scene *scene, struct bcd_errors *errors)
 {
     struct plan *plan = &scene->plan;
     if (scene->job.method == 0) {
         size_t i = 0;
-        while (method_types[i]->cannot && method_types[i]->cannot(plan))
-            i++; /* strang, the first, can run all */
+        while (method_types[i + 1] && why_not(method_types[i], plan))
+            i++;
         plan->method = method_types[i];
-        return;
+    } else {
+        plan->method = method_types[scene->job.method - 1];
     }
-    plan->method = method_types[scene->job.method - 1];
-    const char *reason = plan->method->cannot ? plan->method->cannot(plan) : NULL;
+    const char *reason = why_not(plan->method, plan);
     if (reason)
         bcd_errors_add(errors, "/method", "\"%s\" %s", plan->method->part.name, reason);
 }
 
 /* --------------------------------------------------------------- time step */
+
+/* Length over which the potential repeats. */
+static double field_period(const struct plan *plan)
+{
+    return plan->field ? plan->potential->period(plan->potential_par) : INFINITY;
+}
 
 /* How fast rods are dragged past the potential. */
 static double speed_past_field(const struct plan *plan)
@@ -149,7 +207,7 @@ static struct step_limit step_allowed(const struct bcd_scene *scene)
 {
     const struct plan *plan = &scene->plan;
     struct step_limit limit = plan->method->time_step(plan);
-    step_limit(&limit, 0.1 * plan->period / speed_past_field(plan),
+    step_limit(&limit, 0.1 * field_period(plan) / speed_past_field(plan),
                "drag past the potential: a tenth of a period a step");
     step_limit(&limit, step_in_reach(plan), "drag and noise over the whole ring");
     const struct scene_part *part;
@@ -186,11 +244,12 @@ static void check_stability(const struct bcd_scene *scene, struct bcd_errors *er
                        "exceed %g; the largest step that works is %.6g",
                        h, h * field, stability_max, stability_max / field);
     double speed = speed_past_field(plan), longest = step_in_reach(plan);
-    if (h * speed > jump_max * plan->period)
+    double period = field_period(plan);
+    if (h * speed > jump_max * period)
         bcd_errors_add(errors, "/time_step",
                        "%.6g drags rods %.3g periods of the potential a step, which must not "
                        "exceed %g; the largest step that works is %.6g",
-                       h, h * speed / plan->period, jump_max, jump_max * plan->period / speed);
+                       h, h * speed / period, jump_max, jump_max * period / speed);
     if (h > longest)
         bcd_errors_add(errors, "/time_step",
                        "%.6g carries rods further than %g lengths of the system a step; the "
@@ -315,6 +374,7 @@ void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
     plan_geometry(scene, errors);
     plan_field(scene, errors);
     plan_pair(scene, errors);
+    plan_demands(scene);
     plan_method(scene, errors);
     if (errors->count > 0)
         return;

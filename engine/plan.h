@@ -20,6 +20,8 @@ enum { INITIAL_UNIFORM, INITIAL_LATTICE, INITIAL_EQUILIBRIUM };
 struct plan {
     int64_t particles;
     double length, diameter, free_length; /* L, sigma, ell = L - N sigma */
+    bool walls; /* rods stay in [0, L] instead of on a ring */
+    double low; /* least y: 0 on a ring (any turn of it), diameter / 2 at a wall */
     double mobility, temperature, diffusion, force;
     int64_t initial;
     struct theory_sampler *sampler; /* of INITIAL_EQUILIBRIUM; the scene's, to be shared */
@@ -28,11 +30,14 @@ struct plan {
     const struct potential_type *potential; /* NULL = none */
     const void *potential_par;
     bool field;    /* the potential acts: it is there and not flat */
-    double period; /* of profiles along x: the potential's, or L */
+    double period;   /* of profiles along x: the potential's, or L; L between walls */
     int64_t periods; /* L / period */
 
     const struct pair_type *pair; /* NULL = none, or it exerts no force */
     const void *pair_par;
+
+    double tolerance;                        /* relative error that auto choices aim at */
+    bool asks_dynamics, asks_contact_forces; /* some observable does */
 
     const struct method_type *method;
     double time_step;

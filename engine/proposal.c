@@ -20,7 +20,12 @@ void proposal_add_forces(const struct sim *sim, const double *y, double scale, d
         plan->potential->add_force(plan->potential_par, &rods, scale, out);
     }
     if (plan->pair) {
-        struct ring ring = {y, plan->particles, plan->free_length, plan->temperature};
+        struct ring ring = {.y = y,
+                            .count = plan->particles,
+                            .free_length = plan->free_length,
+                            .diameter = plan->diameter,
+                            .temperature = plan->temperature,
+                            .walls = plan->walls};
         plan->pair->add_force(plan->pair_par, &ring, scale, out);
     }
     if (plan->force != 0)

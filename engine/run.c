@@ -64,7 +64,7 @@ static void lay_out(struct bcd_run *run)
     }
     tally_layout(&run->tally, run->scene, values, &run->kept);
     run->values = arena_take(&run->scratch, values * sizeof *run->values);
-    plan->method->layout(&run->sim, &run->scratch);
+    plan->method->layout(&run->sim, &run->kept, &run->scratch);
 }
 
 static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *error);
@@ -155,6 +155,8 @@ static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *
         sim_begin(&run->sim, run->first + run->progress->realization, error);
     if (status)
         return status;
+    if (run->plan->method->begin)
+        run->plan->method->begin(&run->sim);
     if (run->plan->equilibration_steps == 0)
         begin_measurement(run);
     else

@@ -22,7 +22,8 @@ static const char *model_word(size_t i)
 
 static const char *boundary_word(size_t i)
 {
-    static const char *const words[] = {"periodic"};
+    static const char *const words[] = {[BOUNDARY_PERIODIC] = "periodic",
+                                        [BOUNDARY_WALLS] = "walls"};
     return i < sizeof words / sizeof *words ? words[i] : NULL;
 }
 
@@ -60,6 +61,8 @@ static const struct bcd_param job_params[] = {
      .doc = "constant drag force f on every rod", AT(force)},
     {.name = "method", .type = BCD_PARAM_CHOICE, .choice = method_word,
      .doc = "how rods are advanced", AT(method)},
+    {.name = "tolerance", .type = BCD_PARAM_NUMBER, .min = 1e-5, .max = 0.1, .fallback = 0.005,
+     .doc = "relative error from the time step that automatic choices aim at", AT(tolerance)},
     {.name = "time_step", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
      .max = 1e18, .fallback = NAN, .doc = "time step", AT(time_step)},
     {.name = "equilibration_time", .type = BCD_PARAM_NUMBER, .unit = "time", .min = 0,
@@ -144,8 +147,13 @@ void bcd_scene_free(struct bcd_scene *scene)
     if (!scene)
         return;
     theory_sampler_free(scene->plan.sampler);
-    for (size_t i = 0; i < scene->part_count; i++)
-        free(scene->parts[i].group.values);
+    for (size_t i = 0; i < scene->part_count; i++) {
+        struct scene_part *part = &scene->parts[i];
+        const struct part_type *type = slots[part->slot].at((size_t)part->index);
+        if (type->release)
+            type->release(part->group.values);
+        group_free(&part->group);
+    }
     free(scene);
 }
 
@@ -277,49 +285,79 @@ const struct bcd_fact *bcd_scene_fact(const struct bcd_scene *scene, size_t inde
 struct encoder {
     char *at;
     size_t size, used; /* used counts on when size is exhausted */
+    uint64_t hash;     /* of all of it */
 };
 
+static void encode_bytes(struct encoder *e, const char *bytes, size_t length)
+{
+    for (size_t i = 0; i < length && e->used + i < e->size; i++)
+        e->at[e->used + i] = bytes[i];
+    e->used += length;
+    e->hash = blob_hash(bytes, length, e->hash);
+}
+
+/* Pieces of at most 255 characters. */
 static void encode(struct encoder *e, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 static void encode(struct encoder *e, const char *format, ...)
 {
+    char piece[256];
     va_list arguments;
     va_start(arguments, format);
-    size_t left = e->used < e->size ? e->size - e->used : 0;
-    e->used += (size_t)vsnprintf(left ? e->at + e->used : NULL, left, format, arguments);
+    int length = vsnprintf(piece, sizeof piece, format, arguments);
     va_end(arguments);
+    assert(length >= 0 && (size_t)length < sizeof piece);
+    encode_bytes(e, piece, (size_t)length);
+}
+
+static void encode_value(struct encoder *e, const struct bcd_group *group,
+                         const struct bcd_param *row)
+{
+    const char *text = bcd_group_text(group, row);
+    if (text) {
+        encode(e, "text ");
+        encode_bytes(e, text, strlen(text));
+    } else if (row->type == BCD_PARAM_INTEGER) {
+        encode(e, "integer %lld", (long long)bcd_group_integer(group, row));
+    } else if (row->type == BCD_PARAM_NUMBERS) {
+        struct bcd_numbers numbers = bcd_group_numbers(group, row);
+        encode(e, "numbers %zu", numbers.count);
+        for (size_t i = 0; i < numbers.count; i++)
+            encode(e, " %a", numbers.at[i]);
+    } else {
+        encode(e, "number %a", bcd_group_number(group, row));
+    }
 }
 
 static void encode_group(struct encoder *e, const struct bcd_group *group)
 {
     for (const struct bcd_param *row = group->rows; row->name; row++) {
-        const char *text = bcd_group_text(group, row);
         encode(e, "%s/%s ", group->pointer, row->name);
-        if (text)
-            encode(e, "text %s\n", text);
-        else if (row->type == BCD_PARAM_INTEGER)
-            encode(e, "integer %lld\n", (long long)bcd_group_integer(group, row));
-        else
-            encode(e, "number %a\n", bcd_group_number(group, row));
+        encode_value(e, group, row);
+        encode(e, "\n");
+    }
+}
+
+static void encode_scene(struct encoder *e, const struct bcd_scene *scene)
+{
+    encode(e, "bcd result version %d\n", BCD_RESULT_VERSION);
+    encode_group(e, &scene->group);
+    for (size_t i = 0; i < scene->part_count; i++) {
+        encode(e, "%s type %s\n", scene->parts[i].group.pointer, scene->parts[i].group.type);
+        encode_group(e, &scene->parts[i].group);
     }
 }
 
 size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size)
 {
-    struct encoder e = {bytes, size, 0};
-    encode(&e, "bcd result version %d\n", BCD_RESULT_VERSION);
-    encode_group(&e, &scene->group);
-    for (size_t i = 0; i < scene->part_count; i++) {
-        encode(&e, "%s type %s\n", scene->parts[i].group.pointer, scene->parts[i].group.type);
-        encode_group(&e, &scene->parts[i].group);
-    }
+    struct encoder e = {.at = bytes, .size = size};
+    encode_scene(&e, scene);
     return e.used;
 }
 
 uint64_t scene_identity(const struct bcd_scene *scene)
 {
-    char text[16384];
-    size_t length = bcd_scene_encode(scene, text, sizeof text);
-    assert(length < sizeof text);
-    return blob_hash(text, length, BLOB_HASH_START);
+    struct encoder e = {.hash = BLOB_HASH_START};
+    encode_scene(&e, scene);
+    return e.hash;
 }

@@ -10,11 +10,14 @@
 #include "parts.h"
 #include "plan.h"
 
+enum { BOUNDARY_PERIODIC, BOUNDARY_WALLS };
+
 /* The job's own parameters, as the rows of scene.c describe them. */
 struct job_par {
     int64_t model, boundary, method, initial; /* indices of choices */
     int64_t particles, realizations, seed;
     double length, diameter, mobility, temperature, force;
+    double tolerance;
     double time_step, equilibration_time, time, sample_every; /* NaN = auto where allowed */
 };
 

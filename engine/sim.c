@@ -55,6 +55,22 @@ static void place_uniform(struct sim *sim)
     sim->y[0] = first;
 }
 
+/* The same between walls: N + 1 gaps, the first and the last to the walls. */
+static void place_uniform_in_walls(struct sim *sim)
+{
+    const struct plan *plan = sim->plan;
+    struct uniform_stream stream = {.sim = sim};
+    int64_t n = plan->particles;
+    double sum = 0;
+    for (int64_t i = 0; i < n; i++) {
+        sum -= log_normal(next_uniform(&stream));
+        sim->y[i] = sum;
+    }
+    double unit = plan->free_length / (sum - log_normal(next_uniform(&stream)));
+    for (int64_t i = 0; i < n; i++)
+        sim->y[i] = plan->low + fmin(unit * sim->y[i], plan->free_length);
+}
+
 /* x[i] = (i + 1/2) L / N. */
 static void place_lattice(struct sim *sim)
 {
@@ -81,6 +97,8 @@ enum bcd_status sim_begin(struct sim *sim, int64_t realization, struct bcd_error
         return place_equilibrium(sim, error);
     if (sim->plan->initial == INITIAL_LATTICE)
         place_lattice(sim);
+    else if (sim->plan->walls)
+        place_uniform_in_walls(sim);
     else
         place_uniform(sim);
     return BCD_OK;
@@ -90,7 +108,7 @@ void sim_recentre(struct sim *sim)
 {
     const double far = 64; /* lengths L: 6 of 53 bits are spent before we act */
     double length = sim->plan->length, turns = trunc(sim->y[0] / length);
-    if (fabs(turns) < far)
+    if (fabs(turns) < far || sim->plan->walls)
         return;
     for (int64_t i = 0; i < sim->plan->particles; i++)
         sim->y[i] -= turns * length;

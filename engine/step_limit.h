@@ -25,7 +25,7 @@ static inline double curvature_rate(const struct plan *plan)
 
 static inline double stiffness_rate(const struct plan *plan)
 {
-    return plan->pair ? 2 * plan->diffusion * plan->pair->stiffness(plan->pair_par) : 0;
+    return plan->pair ? 2 * plan->diffusion * plan->pair->stiffness(plan->pair_par, plan) : 0;
 }
 
 /* The two limits all methods have, as shares of the times above. */

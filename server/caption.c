@@ -33,6 +33,8 @@ static void add_group(struct text *text, const struct bcd_group *group)
             text_add(text, "%s", word);
         else if (row->type == BCD_PARAM_INTEGER)
             text_add(text, "%" PRId64, bcd_group_integer(group, row));
+        else if (row->type == BCD_PARAM_NUMBERS)
+            text_add(text, "of %zu numbers", bcd_group_numbers(group, row).count);
         else
             text_add_number(text, bcd_group_number(group, row));
     }
@@ -40,6 +42,10 @@ static void add_group(struct text *text, const struct bcd_group *group)
 
 static bool is_default(const struct bcd_group *group, const struct bcd_param *row)
 {
+    if (row->type == BCD_PARAM_TEXT)
+        return bcd_group_text(group, row)[0] == '\0';
+    if (row->type == BCD_PARAM_NUMBERS)
+        return bcd_group_numbers(group, row).count == 0;
     double value = bcd_group_number(group, row);
     bool is_auto = isnan(value) && isnan(row->fallback);
     return !row->required && (is_auto || value == row->fallback);

@@ -261,6 +261,35 @@ static void read_group(json_t *object, struct bcd_group *group, const char *skip
     }
 }
 
+/* A list of numbers; the first element that is none is told by its own pointer. */
+static void read_numbers(json_t *list, struct bcd_group *group, const struct bcd_param *row,
+                         struct bcd_errors *errors)
+{
+    size_t count = json_array_size(list), kept = count <= row->most ? count : 0;
+    double *values = calloc(kept + 1, sizeof *values);
+    if (!values) {
+        bcd_errors_add(errors, group->pointer, "no memory");
+        return;
+    }
+    for (size_t i = 0; i < kept; i++) {
+        json_t *element = json_array_get(list, i);
+        values[i] = json_number_value(element);
+        if (json_is_number(element))
+            continue;
+        char pointer[SCAN_POINTER_SIZE], index[24];
+        snprintf(pointer, sizeof pointer, "%s", group->pointer);
+        snprintf(index, sizeof index, "%zu", i);
+        scan_json_append(pointer, row->name);
+        scan_json_append(pointer, index);
+        bcd_errors_add(errors, pointer, "must be a number, not %s", type_name(element));
+        group->given |= (uint64_t)1 << (row - group->rows);
+        goto cleanup;
+    }
+    bcd_group_set_numbers(group, row, values, count, errors);
+cleanup:
+    free(values);
+}
+
 static void read_value(json_t *value, struct bcd_group *group, const struct bcd_param *row,
                        struct bcd_errors *errors)
 {
@@ -274,11 +303,15 @@ static void read_value(json_t *value, struct bcd_group *group, const struct bcd_
             bcd_group_set_number(group, row, v, errors);
     } else if (json_is_string(value)) {
         bcd_group_set_text(group, row, json_string_value(value), errors);
+    } else if (json_is_array(value) && row->type == BCD_PARAM_NUMBERS) {
+        read_numbers(value, group, row, errors);
     } else {
         static const char *const wanted[] = {[BCD_PARAM_INTEGER] = "an integer",
                                              [BCD_PARAM_NUMBER] = "a number",
                                              [BCD_PARAM_AUTO] = "a number or \"auto\"",
-                                             [BCD_PARAM_CHOICE] = "a word"};
+                                             [BCD_PARAM_CHOICE] = "a word",
+                                             [BCD_PARAM_NUMBERS] = "a list of numbers",
+                                             [BCD_PARAM_TEXT] = "a text"};
         char pointer[SCAN_POINTER_SIZE];
         snprintf(pointer, sizeof pointer, "%s", group->pointer);
         scan_json_append(pointer, row->name);
@@ -409,6 +442,16 @@ static const char *type_name(const json_t *value)
 
 /* ----------------------------------------------------------------- writing */
 
+static void add_numbers(struct text *text, struct bcd_numbers numbers)
+{
+    text_add(text, "[");
+    for (size_t i = 0; i < numbers.count; i++) {
+        text_add(text, i ? "," : "");
+        text_add_number(text, numbers.at[i]);
+    }
+    text_add(text, "]");
+}
+
 /* "name":value,... in row order, without the braces. */
 static void add_group(struct text *text, const struct bcd_group *group)
 {
@@ -421,6 +464,8 @@ static void add_group(struct text *text, const struct bcd_group *group)
             text_add_json_string(text, word);
         else if (row->type == BCD_PARAM_INTEGER)
             text_add(text, "%" PRId64, bcd_group_integer(group, row));
+        else if (row->type == BCD_PARAM_NUMBERS)
+            add_numbers(text, bcd_group_numbers(group, row));
         else
             text_add_number(text, bcd_group_number(group, row));
     }

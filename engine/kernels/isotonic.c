@@ -160,3 +160,16 @@ void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *bloc
     for (int64_t i = 0; i <= seam.block.last - n; i++)
         y[i] = at_head;
 }
+
+/* Projection onto a line in order, then onto the walls: the bounds keep the order, so that the two
+ * together are the projection onto both. */
+void isotonic_walls(double *y, int64_t n, double low, double high, struct isotonic_block *blocks)
+{
+    struct stack s = {blocks, 0};
+    pool_line(y, n, &s);
+    write_blocks(y, blocks, s.count);
+    for (int64_t i = 0; i < n && y[i] < low; i++)
+        y[i] = low;
+    for (int64_t i = n - 1; i >= 0 && y[i] > high; i--)
+        y[i] = high;
+}

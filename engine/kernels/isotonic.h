@@ -29,4 +29,8 @@ static inline size_t isotonic_blocks(int64_t n)
  * Rods in contact have bitwise equal y; across the seam y[n-1] == y[0] + ell bitwise. O(n). */
 void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *blocks);
 
+/* The same between walls, onto low <= y[0] <= ... <= y[n-1] <= high (low <= high): a rod at a wall
+ * is bitwise at low or high. O(n). */
+void isotonic_walls(double *y, int64_t n, double low, double high, struct isotonic_block *blocks);
+
 #endif

@@ -109,3 +109,25 @@ void ring_sort(double *y, int64_t n, double ell, double *scratch)
     sort_line(y, n, scratch);
     hand_back(y, n, ell, turns, scratch);
 }
+
+/* Mirrored at both walls as often as it takes. */
+static double fold_once(double y, double low, double high)
+{
+    double width = high - low, turn = (y - low) / (2 * width);
+    double within = (y - low) - floor(turn) * (2 * width);
+    double folded = low + (within <= width ? within : 2 * width - within);
+    return fmin(fmax(folded, low), high); /* rounding */
+}
+
+void reflect_walls(double *y, int64_t n, double low, double high, double *scratch)
+{
+    if (!(low < high)) {
+        for (int64_t i = 0; i < n; i++)
+            y[i] = low;
+        return;
+    }
+    for (int64_t i = 0; i < n; i++)
+        if (y[i] < low || y[i] > high)
+            y[i] = fold_once(y[i], low, high);
+    sort_line(y, n, scratch);
+}

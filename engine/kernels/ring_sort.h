@@ -17,4 +17,7 @@
  * scratch[n]. O(n) for small displacements, O(n log n) for large ones. */
 void ring_sort(double *y, int64_t n, double ell, double *scratch);
 
+/* The same between walls: folded at low and high, then sorted. low == high: all rods there. */
+void reflect_walls(double *y, int64_t n, double low, double high, double *scratch);
+
 #endif

@@ -7,8 +7,8 @@
  */
 #include "part.h"
 #include "proposal.h"
+#include "resolve.h"
 #include "step_limit.h"
-#include "kernels/isotonic.h"
 
 #include <math.h>
 
@@ -17,15 +17,16 @@ struct bcd_work {
     struct isotonic_block *blocks;
 };
 
-static void bcd_layout(struct sim *sim, struct arena *scratch)
+static void bcd_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
 {
-    struct bcd_work work, *kept = arena_take(scratch, sizeof *kept);
+    struct bcd_work work, *own = arena_take(scratch, sizeof *own);
+    (void)kept;
     proposal_layout(&work.proposal, sim->plan, scratch);
     work.blocks =
         arena_take(scratch, isotonic_blocks(sim->plan->particles) * sizeof *work.blocks);
-    if (kept)
-        *kept = work;
-    sim->work = kept;
+    if (own)
+        *own = work;
+    sim->work = own;
 }
 
 static void bcd_advance(struct sim *sim, int64_t ticks)
@@ -33,7 +34,7 @@ static void bcd_advance(struct sim *sim, int64_t ticks)
     struct bcd_work *work = sim->work;
     for (int64_t t = 0; t < ticks; t++) {
         double *z = proposal_euler(&work->proposal, sim);
-        isotonic_ring(z, sim->plan->particles, sim->plan->free_length, work->blocks);
+        resolve_sticking(sim->plan, z, work->blocks);
         proposal_accept(sim, z);
     }
 }
@@ -54,6 +55,7 @@ static struct step_limit bcd_time_step(const struct plan *plan)
 const struct method_type method_bcd = {
     .part = {.name = "bcd", .doc = "Brownian cluster dynamics by isotonic regression"},
     .keeps_contacts = true,
+    .order = 0.5,
     .step_ns = 12,
     .time_step = bcd_time_step,
     .layout = bcd_layout,

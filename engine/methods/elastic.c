@@ -7,8 +7,8 @@
  */
 #include "part.h"
 #include "proposal.h"
+#include "resolve.h"
 #include "step_limit.h"
-#include "kernels/ring_sort.h"
 
 #include <math.h>
 
@@ -30,14 +30,15 @@ static struct step_limit elastic_time_step(const struct plan *plan)
     return limit;
 }
 
-static void elastic_layout(struct sim *sim, struct arena *scratch)
+static void elastic_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
 {
-    struct elastic_work work, *kept = arena_take(scratch, sizeof *kept);
+    struct elastic_work work, *own = arena_take(scratch, sizeof *own);
+    (void)kept;
     proposal_layout(&work.proposal, sim->plan, scratch);
     work.scratch = arena_take(scratch, (size_t)sim->plan->particles * sizeof *work.scratch);
-    if (kept)
-        *kept = work;
-    sim->work = kept;
+    if (own)
+        *own = work;
+    sim->work = own;
 }
 
 static void elastic_advance(struct sim *sim, int64_t ticks)
@@ -45,13 +46,14 @@ static void elastic_advance(struct sim *sim, int64_t ticks)
     struct elastic_work *work = sim->work;
     for (int64_t t = 0; t < ticks; t++) {
         double *z = proposal_euler(&work->proposal, sim);
-        ring_sort(z, sim->plan->particles, sim->plan->free_length, work->scratch);
+        resolve_reflecting(sim->plan, z, work->scratch);
         proposal_accept(sim, z);
     }
 }
 
 const struct method_type method_elastic = {
     .part = {.name = "elastic", .doc = "Euler step with elastic collisions by sorting"},
+    .order = 1,
     .step_ns = 9,
     .cannot = elastic_cannot,
     .time_step = elastic_time_step,

@@ -12,9 +12,8 @@
  */
 #include "part.h"
 #include "proposal.h"
+#include "resolve.h"
 #include "step_limit.h"
-#include "kernels/isotonic.h"
-#include "kernels/ring_sort.h"
 
 #include <math.h>
 #include <string.h>
@@ -37,9 +36,10 @@ static double *take_rods(const struct sim *sim, struct arena *scratch)
     return arena_take(scratch, (size_t)sim->plan->particles * sizeof(double));
 }
 
-static void strang_layout(struct sim *sim, struct arena *scratch)
+static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
 {
-    struct strang_work work, *kept = arena_take(scratch, sizeof *kept);
+    struct strang_work work, *own = arena_take(scratch, sizeof *own);
+    (void)kept;
     int64_t n = sim->plan->particles;
     noise_layout(&work.noise, n, scratch);
     noise_layout(&work.view_noise, n, scratch);
@@ -47,9 +47,9 @@ static void strang_layout(struct sim *sim, struct arena *scratch)
     work.scratch = take_rods(sim, scratch);
     work.middle = take_rods(sim, scratch);
     work.view = take_rods(sim, scratch);
-    if (kept)
-        *kept = work;
-    sim->work = kept;
+    if (own)
+        *own = work;
+    sim->work = own;
 }
 
 /* Explicit midpoint, order 2: for interactions, and potentials without a known flow. */
@@ -61,7 +61,7 @@ static void flow_midpoint(const struct sim *sim, double time, double *y)
     memcpy(work->middle, y, bytes);
     proposal_add_forces(sim, y, plan->mobility * time / 2, work->middle);
     /* Forces push rods of a cluster into each other: half way they are in order again. */
-    isotonic_ring(work->middle, plan->particles, plan->free_length, work->blocks);
+    resolve_sticking(plan, work->middle, work->blocks);
     proposal_add_forces(sim, work->middle, plan->mobility * time, y);
 }
 
@@ -91,7 +91,7 @@ static void drift(const struct sim *sim, double time, double *y)
         flow_exact(sim, time, y);
     else
         return;
-    isotonic_ring(y, plan->particles, plan->free_length, work->blocks);
+    resolve_sticking(plan, y, work->blocks);
 }
 
 static void strang_advance(struct sim *sim, int64_t ticks)
@@ -103,7 +103,7 @@ static void strang_advance(struct sim *sim, int64_t ticks)
         drift(sim, plan->time_step, sim->y);
         if (noise > 0) {
             noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, sim->y);
-            ring_sort(sim->y, plan->particles, plan->free_length, work->scratch);
+            resolve_reflecting(plan, sim->y, work->scratch);
         }
         sim->clock->tick++;
     }
@@ -123,12 +123,13 @@ static const double *strang_view(struct sim *sim, enum view view)
     key.stream = STREAM_VIEW;
     const double noise = sqrt(plan->diffusion * plan->time_step);
     noise_add(&work->view_noise, &key, sim->clock->tick, noise, work->view);
-    ring_sort(work->view, plan->particles, plan->free_length, work->scratch);
+    resolve_reflecting(plan, work->view, work->scratch);
     return work->view;
 }
 
 const struct method_type method_strang = {
     .part = {.name = "strang", .doc = "deterministic sticky flow and reflected noise in turns"},
+    .order = 1.5,
     .step_ns = 20,
     .time_step = strang_time_step,
     .layout = strang_layout,

@@ -85,6 +85,7 @@ const struct observable_type observable_current = {
                       .doc = "particles per unit time through a point",
                       .params = current_params}},
     .value = "current",
+    .dynamic = true,
     .count = current_count,
     .memory = current_memory,
     .begin = current_begin,

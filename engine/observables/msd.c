@@ -349,6 +349,7 @@ const struct observable_type observable_msd = {
     .check = msd_check,
     .time_step_max = msd_time_step_max,
     .value = "msd",
+    .dynamic = true,
     .count = msd_count,
     .memory = msd_memory,
     .begin = msd_begin,

@@ -79,6 +79,8 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
             out[i + 1] -= f;
         }
     }
+    if (ring->walls)
+        return;
     double gap = y[0] + ring->free_length - y[last];
     if (gap < p->range) {
         double f = pull * attraction(p, gap);
@@ -89,8 +91,9 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
 
 /* max |dF/dg| / kT by a scan: the attraction has no closed extremum for general p. Infinite where
  * strength and range leave the numbers: no step is short enough then. */
-static double sticky_stiffness(const void *par)
+static double sticky_stiffness(const void *par, const struct plan *plan)
 {
+    (void)plan;
     enum { POINTS = 4096 };
     const struct sticky_par *p = par;
     double most = 0, before = attraction(p, 0);

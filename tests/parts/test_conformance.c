@@ -2,9 +2,12 @@
  * Every registered method with every observable keeps the engine's promises: a run may be cut
  * anywhere, restored from a checkpoint, repeated - and gives the same bytes. */
 #include "support/experiment.h"
+#include "scene_json.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,6 +17,8 @@
     "'observables': {'density': {'bins': 20}, 'contact_density': {'bins': 10, 'gap': 0.05},"       \
     " 'pair_distribution': {'bins': 15}, 'msd': {'points': 25}, 'energy': {}, 'current': {},"      \
     " 'cluster_sizes': {}}"
+
+#define STATIC_OBSERVABLES "'observables': {'density': {'bins': 20}, 'energy': {}}"
 
 /* One realization in blocks, with equilibration; several realizations in several chunks. */
 static const char *const scenes[] = {
@@ -31,6 +36,11 @@ static const char *const scenes[] = {
     "{'particles': 6, 'length': 8, 'diameter': 0.7, 'initial': 'equilibrium', 'potential': {'type':"
     " 'cosine', 'amplitude': 8}, 'interaction': {'type': 'sticky', 'strength': 0.2, 'range': 0.1},"
     " 'time_step': 1e-5, 'time': 0.002, 'realizations': 70, 'method': '%s', " ALL_OBSERVABLES "}",
+    "{'particles': 11, 'length': 14, 'diameter': 0.9, 'potential': {'type': 'cosine', 'amplitude': "
+    "4}, 'time_step': 1e-3, 'equilibration_time': 0.01, 'time': 0.9, 'method': '%s', "
+    STATIC_OBSERVABLES "}",
+    "{'particles': 5, 'length': 7, 'diameter': 0.4, 'time_step': 1e-2, 'time': 0.5, "
+    "'realizations': 70, 'method': '%s', " STATIC_OBSERVABLES "}",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes };
 
@@ -48,6 +58,27 @@ static struct bcd_scene *make(size_t scene, const char *method)
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
     return experiment_scene(scenes[scene], method);
 #pragma GCC diagnostic pop
+}
+
+/* Methods may refuse a scene, but only as themselves. */
+static bool can_run(size_t scene, const char *method)
+{
+    char job[1200];
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+    snprintf(job, sizeof job, scenes[scene], method);
+#pragma GCC diagnostic pop
+    for (char *c = job; *c; c++)
+        *c = *c == '\'' ? '"' : *c;
+    struct bcd_errors errors = {0};
+    struct bcd_scene *made = NULL;
+    bool can = scene_json_parse(job, strlen(job), &made, &errors) == BCD_OK;
+    if (!can) {
+        assert_int_equal(errors.count, 1);
+        assert_string_equal(errors.items[0].field, "/method");
+    }
+    bcd_scene_free(made);
+    return can;
 }
 
 struct bytes {
@@ -73,9 +104,16 @@ static struct bytes result_of(size_t scene, const char *method, int64_t slice)
 
 static void for_all(void (*check)(size_t scene, const char *method))
 {
-    for (size_t m = 0; method_name(m); m++)
-        for (size_t s = 0; s < SCENES; s++)
+    for (size_t m = 0; method_name(m); m++) {
+        size_t ran = 0;
+        for (size_t s = 0; s < SCENES; s++) {
+            if (!can_run(s, method_name(m)))
+                continue;
             check(s, method_name(m));
+            ran++;
+        }
+        assert_true(ran > 0);
+    }
 }
 
 static void check_slices(size_t scene, const char *method)
