@@ -82,6 +82,11 @@ struct pair_type {
     void (*theory)(const void *par, struct theory_pair *pair); /* NULL = no exact theory */
     /* out[i] += scale * F_i */
     void (*add_force)(const void *par, const struct ring *ring, double scale, double *out);
+    bool nearest; /* only nearest neighbours feel it; else all pairs whose gap, the distance of
+                   * their centres less a diameter, is within range */
+    /* Energy of two rods whose centres are `distance` >= diameter apart, 0 out of range; never
+     * INFINITY (overlaps are the caller's business), never NULL. Own elementary functions. */
+    double (*energy)(const void *par, double distance, double temperature);
 };
 
 /* ---------------------------------------------------------------- methods */

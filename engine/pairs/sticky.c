@@ -12,6 +12,7 @@
 
 struct sticky_par {
     double strength, range, exponent;
+    double diameter; /* of the rods, for energies */
 };
 
 static const struct bcd_param sticky_params[] = {
@@ -41,6 +42,13 @@ static const struct bcd_param sticky_params[] = {
      .offset = offsetof(struct sticky_par, exponent)},
     {0},
 };
+
+static void sticky_complete(struct bcd_group *group, const struct plan *plan,
+                            struct bcd_errors *errors)
+{
+    (void)errors;
+    ((struct sticky_par *)group->values)->diameter = plan->diameter;
+}
 
 static bool sticky_absent(const void *par)
 {
@@ -89,6 +97,17 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
     }
 }
 
+/* V = -kT ln(1 + gamma' u^p). */
+static double sticky_energy(const void *par, double distance, double temperature)
+{
+    const struct sticky_par *p = par;
+    double u = 1 - fmax(distance - p->diameter, 0) / p->range;
+    if (u < 1e-300)
+        return 0;
+    double strength = p->strength * (p->exponent + 1) / p->range;
+    return -temperature * log_normal(1 + strength * power(u, p->exponent));
+}
+
 /* max |dF/dg| / kT by a scan: the attraction has no closed extremum for general p. Infinite where
  * strength and range leave the numbers: no step is short enough then. */
 static double sticky_stiffness(const void *par, const struct plan *plan)
@@ -120,10 +139,13 @@ const struct pair_type pair_sticky = {
     .base = {.part = {.name = "sticky",
                       .doc = "attraction at contact, Baxter's sticky rods of finite range",
                       .params = sticky_params},
-             .par_size = sizeof(struct sticky_par)},
+             .par_size = sizeof(struct sticky_par),
+             .complete = sticky_complete},
     .absent = sticky_absent,
     .range = sticky_range,
     .stiffness = sticky_stiffness,
     .theory = sticky_theory,
     .add_force = sticky_add_force,
+    .nearest = true,
+    .energy = sticky_energy,
 };
