@@ -9,7 +9,7 @@
 void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks)
 {
     enum { TILE = 512 };
-    const struct noise_key key = {1, 0, 0};
+    const struct noise_key key = {.seed = 1};
     const struct wave wave = {1, 0};
     const double step = 1e-4, noise = 0.014142135623730951, force = 6 / 2.0 * 6.283185307179586;
     double old[TILE]; /* the force acts at the old positions */

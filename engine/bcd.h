@@ -285,6 +285,7 @@ enum bcd_role { /* what a column is to a reader or a plot */
     BCD_ROLE_THEORY,          /* exact reference of the value column */
     BCD_ROLE_TIME_STEP_ERROR, /* estimated error from the finite time step */
     BCD_ROLE_OTHER,
+    BCD_ROLE_SERIES, /* rows with equal consecutive values here make one curve */
 };
 
 struct bcd_column {

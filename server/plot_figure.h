@@ -2,17 +2,20 @@
  *
  * plot_figure.h - several tables as the panels of one picture (SVG 1.1, self-contained): measured
  * values as points with error bars, theory as a line, each panel with axes of its own; one legend
- * for all.
+ * for all. A panel may also hold several curves, told apart by plot_curves.h.
  */
 #ifndef PLOT_FIGURE_H
 #define PLOT_FIGURE_H
 
-#include "bcd.h"
+#include "plot_curves.h"
 
 struct plot_panel {
     const struct bcd_table *table; /* not a scalar; NULL = the place stays empty */
     const char *title;             /* above the panel; NULL = none */
     const char *remark;            /* beside the title, in small print; NULL = none */
+    const struct plot_curve *curves; /* instead of the table: axes as the first curve's table has */
+    size_t curve_count;
+    bool guides; /* beside curves, log-log: thin lines of slope 1 and 1/2 */
 };
 
 struct plot_figure {

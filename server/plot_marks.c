@@ -65,8 +65,7 @@ void plot_dots_print(struct text *svg, const struct plot_points *points, const s
         print_dots(svg, points, x, y);
 }
 
-/* A vertical stroke from low to high with a little foot at both ends. */
-static void add_whisker(struct text *svg, const double at[3], double foot)
+void plot_add_whisker(struct text *svg, const double at[3], double foot)
 {
     plot_add_point(svg, 'M', at[0], at[1]);
     plot_add_point(svg, 'L', at[0], at[2]);
@@ -116,7 +115,7 @@ static void print_bars(struct text *svg, const struct plot_points *points,
         double at[3] = {plot_axis_pixel(x, p->x), plot_axis_pixel(y, p->low),
                         plot_axis_pixel(y, p->high)};
         if (!isnan(p->low))
-            add_whisker(svg, at, fmin(half / 2, 5));
+            plot_add_whisker(svg, at, fmin(half / 2, 5));
     }
     text_add(svg, "\"/>\n");
 }
@@ -145,7 +144,7 @@ static void print_bands(struct text *svg, const struct plot_points *points,
         if (to - from == 1) {
             double at[3] = {plot_axis_pixel(x, p[from].x), plot_axis_pixel(y, p[from].low),
                             plot_axis_pixel(y, p[from].high)};
-            add_whisker(svg, at, 4);
+            plot_add_whisker(svg, at, 4);
         } else {
             for (size_t i = from; i < to; i++)
                 plot_add_point(svg, i == from ? 'M' : 'L', plot_axis_pixel(x, p[i].x),
@@ -198,7 +197,7 @@ static void print_dots(struct text *svg, const struct plot_points *points,
         double at[3] = {plot_axis_pixel(x, p->x), plot_axis_pixel(y, p->low),
                         plot_axis_pixel(y, p->high)};
         if (!isnan(p->low))
-            add_whisker(svg, at, fmin(radius, 2.5));
+            plot_add_whisker(svg, at, fmin(radius, 2.5));
     }
     text_add(svg, "\"/>\n<g fill=\"" PLOT_BLUE "\">\n");
     for (size_t i = 0; i < points->count; i++) {

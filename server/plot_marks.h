@@ -41,6 +41,9 @@
 void plot_add_pixel(struct text *svg, double v);
 void plot_add_point(struct text *svg, char command, double x, double y);
 
+/* A vertical stroke at pixel at[0] from at[1] to at[2], with a little foot at both ends. */
+void plot_add_whisker(struct text *svg, const double at[3], double foot);
+
 /* The points of a table, and (log-log only) thin lines of slope 1 and 1/2 beside them. */
 void plot_marks_print(struct text *svg, const struct plot_points *points, const struct plot_axis *x,
                       const struct plot_axis *y);

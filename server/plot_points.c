@@ -8,27 +8,32 @@
 
 /* When there are too many rows, every bucket of them keeps its first, its last, and one for each
  * way of sticking out. */
-enum { WAYS = 5, KEPT = WAYS + 2, BUCKETS = PLOT_POINTS_MAX / KEPT };
+enum { WAYS = 5, KEPT = WAYS + 2 };
 
 static bool counts_from_one(const struct bcd_table *table);
-static void clean(struct plot_points *points, const struct bcd_table *table);
+static bool take_rows(struct plot_points *points, const struct plot_rows *rows);
 static void trim(struct plot_points *points);
-static void thin(struct plot_points *points);
+static void thin(struct plot_points *points, size_t limit);
 static void measure(struct plot_points *points);
 
 bool plot_points_init(struct plot_points *points, const struct bcd_table *table)
 {
-    *points = (struct plot_points){.log_x = table->log_x, .log_y = table->log_y};
-    points->point = calloc(table->rows + 1, sizeof *points->point);
-    if (!points->point)
+    if (!take_rows(points, &(struct plot_rows){table, 0, table->rows}))
         return false;
-    points->count = table->rows;
-    clean(points, table);
     if (counts_from_one(table)) {
         trim(points);
         points->bars = points->count <= PLOT_BARS_MAX;
     }
-    thin(points);
+    thin(points, PLOT_POINTS_MAX);
+    measure(points);
+    return true;
+}
+
+bool plot_points_init_curve(struct plot_points *points, const struct plot_rows *rows, size_t most)
+{
+    if (!take_rows(points, rows))
+        return false;
+    thin(points, most);
     measure(points);
     return true;
 }
@@ -61,8 +66,14 @@ static double at(const struct bcd_column *column, size_t row, bool logarithmic)
     return v;
 }
 
-static void clean(struct plot_points *points, const struct bcd_table *table)
+static bool take_rows(struct plot_points *points, const struct plot_rows *rows)
 {
+    const struct bcd_table *table = rows->table;
+    *points = (struct plot_points){.log_x = table->log_x, .log_y = table->log_y};
+    points->point = calloc(rows->rows + 1, sizeof *points->point);
+    if (!points->point)
+        return false;
+    points->count = rows->rows;
     const struct bcd_column *x = bcd_table_column(table, BCD_ROLE_X);
     const struct bcd_column *value = bcd_table_column(table, BCD_ROLE_VALUE);
     const struct bcd_column *error = bcd_table_column(table, BCD_ROLE_STDERR);
@@ -70,15 +81,17 @@ static void clean(struct plot_points *points, const struct bcd_table *table)
     const struct bcd_column *theory = bcd_table_column(table, BCD_ROLE_THEORY);
     for (size_t i = 0; i < points->count; i++) {
         struct plot_point *p = &points->point[i];
-        p->x = table->scalar ? 0 : at(x, i, points->log_x);
-        p->value = isnan(p->x) ? NAN : at(value, i, points->log_y);
-        p->theory = isnan(p->x) ? NAN : at(theory, i, points->log_y);
-        double e = fabs(at(error, i, false)), s = fabs(at(step, i, false));
+        size_t row = rows->first + i;
+        p->x = table->scalar ? 0 : at(x, row, points->log_x);
+        p->value = isnan(p->x) ? NAN : at(value, row, points->log_y);
+        p->theory = isnan(p->x) ? NAN : at(theory, row, points->log_y);
+        double e = fabs(at(error, row, false)), s = fabs(at(step, row, false));
         p->low = p->value - e;
         p->high = p->value + e;
         p->step_low = p->value - s;
         p->step_high = p->value + s;
     }
+    return true;
 }
 
 /* Sizes beyond the largest that ever occurred say nothing. */
@@ -110,15 +123,15 @@ static double prominence(const struct plot_point *p, size_t k)
 }
 
 /* Keeps the first and last row of each bucket, and the one that sticks out most in every way. */
-static void thin(struct plot_points *points)
+static void thin(struct plot_points *points, size_t limit)
 {
     struct plot_point *p = points->point;
-    size_t rows = points->count;
-    if (rows <= PLOT_POINTS_MAX)
+    size_t rows = points->count, buckets = limit > 2 * KEPT ? limit / KEPT : 2;
+    if (rows <= limit || rows <= buckets * KEPT)
         return;
     points->count = 0;
-    for (size_t b = 0; b < BUCKETS; b++) {
-        size_t from = b * rows / BUCKETS, to = (b + 1) * rows / BUCKETS;
+    for (size_t b = 0; b < buckets; b++) {
+        size_t from = b * rows / buckets, to = (b + 1) * rows / buckets;
         size_t keep[KEPT] = {[WAYS] = from, [WAYS + 1] = to - 1};
         for (size_t k = 0; k < WAYS; k++) {
             double most = NAN;
@@ -140,7 +153,7 @@ static void thin(struct plot_points *points)
     }
 }
 
-static void include(struct plot_range *range, double v)
+void plot_range_include(struct plot_range *range, double v)
 {
     if (isnan(v))
         return;
@@ -155,18 +168,18 @@ static void measure(struct plot_points *points)
         const struct plot_point *p = &points->point[i];
         if (isnan(p->value) && isnan(p->theory))
             continue;
-        include(&points->x, p->x);
-        include(&points->y, p->value);
-        include(&points->y, p->theory);
+        plot_range_include(&points->x, p->x);
+        plot_range_include(&points->y, p->value);
+        plot_range_include(&points->y, p->theory);
         /* On a logarithmic axis an error bar may reach to 0 and below; a tenth is enough of it.
          * Bars of counts stand on 0. */
         double floor_y = points->log_y                   ? p->value / 10
                          : points->bars && p->value >= 0 ? 0
                                                          : -DBL_MAX;
-        include(&points->y, isnan(p->low) ? NAN : fmax(p->low, floor_y));
-        include(&points->y, p->high);
-        include(&points->y, isnan(p->step_low) ? NAN : fmax(p->step_low, floor_y));
-        include(&points->y, p->step_high);
+        plot_range_include(&points->y, isnan(p->low) ? NAN : fmax(p->low, floor_y));
+        plot_range_include(&points->y, p->high);
+        plot_range_include(&points->y, isnan(p->step_low) ? NAN : fmax(p->step_low, floor_y));
+        plot_range_include(&points->y, p->step_high);
         points->errors = points->errors || !isnan(p->low);
         points->steps = points->steps || !isnan(p->step_low);
         points->theory = points->theory || !isnan(p->theory);
@@ -174,6 +187,6 @@ static void measure(struct plot_points *points)
     if (points->bars && points->x.lo <= points->x.hi) {
         points->x.lo = 0.5;
         points->x.hi = (double)points->count + 0.5;
-        include(&points->y, points->log_y ? NAN : 0);
+        plot_range_include(&points->y, points->log_y ? NAN : 0);
     }
 }

@@ -33,6 +33,17 @@ struct plot_points {
 
 /* Fills *points from the table; false = out of memory. */
 bool plot_points_init(struct plot_points *points, const struct bcd_table *table);
+
+/* The same for one curve among others: `rows` rows from `first` on, never bars, thinned out to about
+ * `most` points (a few at least). */
+struct plot_rows {
+    const struct bcd_table *table;
+    size_t first, rows;
+};
+bool plot_points_init_curve(struct plot_points *points, const struct plot_rows *rows, size_t most);
+
+/* Widens the range, empty or not, so that it holds v; NaN changes nothing. */
+void plot_range_include(struct plot_range *range, double v);
 void plot_points_fini(struct plot_points *points);
 
 #endif

@@ -6,6 +6,7 @@
  */
 #include "plot_svg.h"
 #include "plot_axis.h"
+#include "plot_curves.h"
 #include "plot_frame.h"
 #include "plot_marks.h"
 #include "plot_points.h"
@@ -24,11 +25,14 @@ static void draw_plot(struct text *svg, const struct bcd_table *table, struct pl
                       const char *subtitle);
 static void draw_scalar(struct text *svg, const struct bcd_table *table, struct plot_points *points,
                         const char *subtitle);
+static char *print_series(const struct bcd_table *table, const char *title, const char *subtitle);
 
 char *plot_svg_print(const struct bcd_table *table, const char *title, const char *subtitle)
 {
     struct text svg = {0};
     struct plot_points points;
+    if (plot_series_in(table))
+        return print_series(table, title, subtitle);
     if (!plot_points_init(&points, table))
         return NULL;
     open_picture(&svg, table, title, table->scalar ? SCALAR_HEIGHT : HEIGHT);
@@ -91,29 +95,30 @@ static void add_legend(struct text *svg, const struct bcd_table *table,
 
 /* -------------------------------------------------------------------- plot */
 
-static void draw_plot(struct text *svg, const struct bcd_table *table, struct plot_points *points,
-                      const char *subtitle)
+/* Frame and axes fitted to the points, from the pixel `top` downwards. */
+static void open_frame(struct text *svg, struct plot_frame *frame, const struct plot_points *points,
+                       double top, const char *subtitle)
 {
-    struct plot_frame frame = {.tick_size = TICK_SIZE, .x_labels = 8, .y_labels = 6};
-    struct plot_axis *x = &frame.x, *y = &frame.y;
     int lines = plot_small_print(NULL, subtitle, 0, WIDTH);
-    bool empty = points->x.lo > points->x.hi;
-    x->to = RIGHT;
-    y->to = 76;
-    y->from = HEIGHT - 62 - (lines ? 15 * lines + 8 : 0);
-    plot_frame_fit(&frame, points, 52, 0);
-    if (!empty) {
-        plot_frame_print_x(svg, &frame, 44);
-        plot_frame_print_y(svg, &frame);
-        add_legend(svg, table, points, x->from + 4, y->to - 19);
-        plot_marks_print(svg, points, x, y);
-        if (strcmp(table->name, "msd") == 0)
-            plot_guides_print(svg, points, x, y);
-    } else {
-        plot_frame_print_empty(svg, &frame, table);
-    }
-    plot_frame_print(svg, &frame);
+    *frame = (struct plot_frame){.tick_size = TICK_SIZE, .x_labels = 8, .y_labels = 6};
+    frame->x.to = RIGHT;
+    frame->y.to = top;
+    frame->y.from = HEIGHT - 62 - (lines ? 15 * lines + 8 : 0);
+    plot_frame_fit(frame, points, 52, 0);
+    if (points->x.lo > points->x.hi)
+        return;
+    plot_frame_print_x(svg, frame, 44);
+    plot_frame_print_y(svg, frame);
+}
+
+/* The frame's lines, axis titles and the small print. */
+static void close_frame(struct text *svg, const struct plot_frame *frame,
+                        const struct bcd_table *table, const char *subtitle)
+{
+    const struct plot_axis *x = &frame->x, *y = &frame->y;
     double middle = (y->from + y->to) / 2;
+    int lines = plot_small_print(NULL, subtitle, 0, WIDTH);
+    plot_frame_print(svg, frame);
     plot_line_print(svg,
                     &(struct plot_line){(x->from + x->to) / 2, y->from + 44, x->to - x->from - 120,
                                         LABEL_SIZE, PLOT_MIDDLE, "fill=\"" PLOT_INK "\""},
@@ -125,6 +130,54 @@ static void draw_plot(struct text *svg, const struct bcd_table *table, struct pl
                     table->y_label[0] ? table->y_label : table->name);
     text_add(svg, "</g>\n");
     plot_small_print(svg, subtitle, HEIGHT - 6 - 15 * (lines - 1), WIDTH);
+}
+
+static void draw_plot(struct text *svg, const struct bcd_table *table, struct plot_points *points,
+                      const char *subtitle)
+{
+    struct plot_frame frame;
+    open_frame(svg, &frame, points, 76, subtitle);
+    if (points->x.lo <= points->x.hi) {
+        add_legend(svg, table, points, frame.x.from + 4, frame.y.to - 19);
+        plot_marks_print(svg, points, &frame.x, &frame.y);
+        if (strcmp(table->name, "msd") == 0)
+            plot_guides_print(svg, points, &frame.x, &frame.y);
+    } else {
+        plot_frame_print_empty(svg, &frame, table);
+    }
+    close_frame(svg, &frame, table, subtitle);
+}
+
+/* One curve for every run of equal values in the table's column BCD_ROLE_SERIES. */
+static char *print_series(const struct bcd_table *table, const char *title, const char *subtitle)
+{
+    struct text svg = {0};
+    struct plot_series series = {0};
+    struct plot_curves curves = {0};
+    struct plot_legend legend = {0};
+    struct plot_frame frame;
+    const double keys[2] = {56, 57};
+    const char *small = subtitle ? subtitle : "";
+    if (!plot_series_init(&series, table) ||
+        !plot_curves_init(&curves, series.curve, series.count)) {
+        plot_series_fini(&series);
+        return NULL;
+    }
+    plot_legend_add(&legend, series.curve, series.count);
+    int lines = plot_legend_print(NULL, &legend, keys, RIGHT);
+    open_picture(&svg, table, title, HEIGHT);
+    open_frame(&svg, &frame, &curves.all, 76 + PLOT_LEGEND_LINE * (lines - 1), small);
+    if (curves.all.x.lo <= curves.all.x.hi) {
+        plot_legend_print(&svg, &legend, keys, RIGHT);
+        plot_curves_print(&svg, &curves, &legend, (struct plot_axis[]){frame.x, frame.y});
+    } else {
+        plot_frame_print_empty(&svg, &frame, table);
+    }
+    close_frame(&svg, &frame, table, small);
+    text_add(&svg, "</svg>\n");
+    plot_curves_fini(&curves);
+    plot_series_fini(&series);
+    return text_take(&svg);
 }
 
 /* ------------------------------------------------------------------ scalar */

@@ -81,6 +81,11 @@ int plot_small_print(struct text *svg, const char *string, int y, int width)
     return lines;
 }
 
+double plot_key_width(const char *string)
+{
+    return 30 + 0.6 * KEY_SIZE * (double)plot_characters(string) + 22;
+}
+
 double plot_key_print(struct text *svg, double x, double y, const char *mark, const char *string)
 {
     text_add(svg, "<g transform=\"translate(");
@@ -92,5 +97,5 @@ double plot_key_print(struct text *svg, double x, double y, const char *mark, co
         svg,
         &(struct plot_line){x + 30, y + 4.5, 300, KEY_SIZE, PLOT_START, "fill=\"" PLOT_INK "\""},
         string);
-    return x + 30 + 0.6 * KEY_SIZE * (double)plot_characters(string) + 22;
+    return x + plot_key_width(string);
 }

@@ -29,6 +29,7 @@ size_t plot_characters(const char *string);
 
 /* One entry of a legend, the sample `mark` (plot_marks.h, 24 wide about y = 0) and its name, from x
  * on; returns where the next may begin. */
+double plot_key_width(const char *string);
 double plot_key_print(struct text *svg, double x, double y, const char *mark, const char *string);
 
 #endif

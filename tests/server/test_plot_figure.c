@@ -127,7 +127,9 @@ static void test_grid(void **state)
     char titles[TABLES][16];
     for (int t = 0; t < TABLES; t++) {
         snprintf(titles[t], sizeof titles[t], "panel %d", t);
-        panels[t] = (struct plot_panel){&f->table[t], titles[t], t == 4 ? "remark" : NULL};
+        panels[t] = (struct plot_panel){.table = &f->table[t],
+                                        .title = titles[t],
+                                        .remark = t == 4 ? "remark" : NULL};
     }
     struct plot_figure figure = {"title", "subtitle", 2, 3, panels};
     char *svg = plot_figure_print(&figure);
@@ -212,7 +214,9 @@ static void test_words(void **state)
     memset(title, 'W', sizeof title);
     memcpy(title, "</title><script>", 16);
     title[sizeof title - 1] = '\0';
-    struct plot_panel panel = {&f->table[0], "a<b & c", "\"r\" > \xFF"};
+    struct plot_panel panel = {.table = &f->table[0],
+                               .title = "a<b & c",
+                               .remark = "\"r\" > \xFF"};
     struct plot_figure figure = {title, "<i>", 1, 1, &panel};
     snprintf(f->table[0].y_label, sizeof f->table[0].y_label, "</g>");
     char *svg = plot_figure_print(&figure);
