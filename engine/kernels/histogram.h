@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * histogram.h - where in a period the rods are: x_i = y_i + i * diameter, folded into [0,
- * period). */
+ * period); or where between two walls, [0, length]. */
 #ifndef KERNELS_HISTOGRAM_H
 #define KERNELS_HISTOGRAM_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct fold {
     double inverse_period;
     int64_t bins; /* over one period; at most 2^31 - 1 */
+    bool walls;   /* nothing is folded: the last bin includes its end, x = period */
 };
 
 /* The bin of one position. */

@@ -3,7 +3,7 @@
  * cluster_sizes - fraction of clusters that consist of 1, 2, 3, ... rods. Neighbours belong
  * together when their gap is at most `gap`; the default 0 asks for exact contact, as the method
  * keeps it. With noise exact contacts are partly an effect of the time step (they fade as sqrt h):
- * a small positive `gap` gives a measure that converges.
+ * a small positive `gap` gives a measure that converges. A wall belongs to no cluster.
  */
 #include "part.h"
 #include "counts.h"
@@ -76,7 +76,7 @@ static void cluster_sample(struct observer *o, const struct sim *sim)
             count_cluster(o, size);
         size = 1;
     }
-    bool seam_closed = (y[0] + o->plan->free_length) - y[n - 1] <= gap;
+    bool seam_closed = !o->plan->walls && (y[0] + o->plan->free_length) - y[n - 1] <= gap;
     if (head == 0) { /* no open gap but perhaps the seam: one cluster of all rods */
         count_cluster(o, size);
     } else if (seam_closed) {

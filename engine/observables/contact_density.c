@@ -3,7 +3,7 @@
  * contact_density - density of pairs of neighbours in contact, rho2(x, x + sigma), x the centre of
  * the left rod: doi 10.1103/PhysRevE.106.054606, Eq. 26. Pairs whose gap is at most `gap` are
  * counted and divided by it, so the number is the mean of rho2(x, x + sigma + g) over 0 <= g <=
- * gap.
+ * gap. Between walls the last rod has no right neighbour; a rod that touches a wall is no pair.
  *
  * A projected Euler step keeps rods in exact contact too often: as if they were shorter by
  * 1.165 sqrt(D h), which adds the share 1.165 sqrt(D h) / gap to what is counted: 29 % at the
@@ -83,9 +83,10 @@ static void contact_sample(struct observer *o, const struct sim *sim)
     const struct plan *plan = o->plan;
     struct counts *counts = o->memory;
     const double gap = ((const struct contact_par *)o->par)->gap;
-    const struct fold fold = {1 / plan->period, (int64_t)o->count};
+    const struct fold fold = {1 / plan->period, (int64_t)o->count, plan->walls};
     const double *y = sim->seen;
     int64_t n = plan->particles, pairs = n > 1 ? n : 0; /* one rod is no neighbour of itself */
+    pairs = plan->walls ? n - 1 : pairs;
     for (int64_t i = 0; i < pairs; i++) {
         double next = i + 1 < n ? y[i + 1] : y[0] + plan->free_length;
         if (next - y[i] <= gap)

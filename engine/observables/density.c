@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * density - number of rod centres per unit length over one period of the potential (over [0, L]
- * without one), averaged over all periods and samples: doi 10.1103/PhysRevE.106.054606, Eq. 25.
- * Its mean over the period is N / L.
+ * without one and between walls), averaged over all periods and samples: doi
+ * 10.1103/PhysRevE.106.054606, Eq. 25. Its mean over the period is N / L. Within half a diameter of
+ * a wall there are no centres: bins there count that stretch like any other.
  */
 #include "part.h"
 #include "counts.h"
@@ -47,7 +48,7 @@ static void density_sample(struct observer *o, const struct sim *sim)
 {
     const struct plan *plan = o->plan;
     struct counts *counts = o->memory;
-    struct fold fold = {1 / plan->period, (int64_t)o->count};
+    struct fold fold = {1 / plan->period, (int64_t)o->count, plan->walls};
     histogram_add(counts->bin, &fold, sim->seen, plan->particles, plan->diameter);
     counts->samples++;
 }

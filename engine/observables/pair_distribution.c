@@ -3,6 +3,9 @@
  * pair_distribution - g(r): density of pairs of rods at distance r between centres, r counted in
  * one direction round the ring, over the square of the mean density; both rods anywhere. All pairs
  * count, not only neighbours: g tends to 1 - 1/N.
+ *
+ * Between walls long distances have less room: g is the number of pairs per dr over N^2 (A - r) /
+ * A^2, A = L - sigma the stretch open to centres. N independent points there have 1 - 1/N at all r.
  */
 #include "part.h"
 #include "counts.h"
@@ -76,7 +79,7 @@ static void pair_sample(struct observer *o, const struct sim *sim)
     const double *y = sim->seen;
     int64_t n = plan->particles;
     for (int64_t i = 0; i < n; i++) {
-        for (int64_t d = 1; d < n; d++) {
+        for (int64_t d = 1; d < (plan->walls ? n - i : n); d++) {
             int64_t j = i + d < n ? i + d : i + d - n;
             double turned = i + d < n ? 0 : plan->free_length;
             double r = (y[j] - y[i]) + turned + (double)d * plan->diameter;
@@ -94,7 +97,14 @@ static void pair_end_block(struct observer *o, const struct sim *sim, double *va
     (void)sim;
     const struct plan *plan = o->plan;
     double n = (double)plan->particles, width = pair_last(o->par, plan) / (double)o->count;
-    counts_end_block(o, plan->length / (n * n * width), values);
+    if (!plan->walls) {
+        counts_end_block(o, plan->length / (n * n * width), values);
+        return;
+    }
+    double room = plan->length - plan->diameter;
+    counts_end_block(o, room / (n * n * width), values);
+    for (size_t i = 0; i < o->count && n > 1; i++) /* A - r is linear: its mean is in the middle */
+        values[i] *= room / (room - ((double)i + 0.5) * width);
 }
 
 static enum bcd_status pair_describe(const void *par, const struct plan *plan,
