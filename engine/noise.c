@@ -2,6 +2,8 @@
  * noise.c - see noise.h. */
 #include "noise.h"
 
+#include <math.h>
+
 enum { SMALL = 512 };
 
 void noise_layout(struct noise *noise, int64_t n, struct arena *scratch)
@@ -14,8 +16,8 @@ void noise_layout(struct noise *noise, int64_t n, struct arena *scratch)
         arena_take(scratch, (size_t)(noise->row_count * normals_stride(n)) * sizeof(double));
 }
 
-void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
-               double *z)
+static void add_tick(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
+                     double *z)
 {
     if (!noise->rows) {
         normals_add(z, noise->n, scale, key, tick);
@@ -31,4 +33,15 @@ void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, d
     const double *normal = noise->rows + row * normals_stride(noise->n);
     for (int64_t i = 0; i < noise->n; i++)
         z[i] += scale * normal[i];
+}
+
+void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
+               double *z)
+{
+    if (!key->doubled) {
+        add_tick(noise, key, tick, scale, z);
+        return;
+    }
+    add_tick(noise, key, 2 * tick, scale * sqrt(0.5), z);
+    add_tick(noise, key, 2 * tick + 1, scale * sqrt(0.5), z);
 }

@@ -103,6 +103,10 @@ struct method_type {
     double step_ns;    /* rough cost of one rod and step, for estimates and sampling intervals */
     /* Why it cannot run this plan; NULL = it can. A NULL slot: it can run all. */
     const char *(*cannot)(const struct plan *plan);
+    /* Does it give the exact law here at any time step, of motion or (not dynamic) of positions in
+     * equilibrium? NULL = never. */
+    bool (*exact)(const struct plan *plan, bool dynamic);
+    bool any_step; /* no step is so long that profiles melt or interactions fall silent */
     /* The largest step that keeps the tolerance (L1 error of the density). */
     struct step_limit (*time_step)(const struct plan *plan);
     /* Memory: `kept` goes into checkpoints (plain data, no pointers), `scratch` does not. */
@@ -166,6 +170,7 @@ struct observable_type {
     /* The longest time step that still resolves what is asked; INFINITY = no demand. */
     double (*time_step_max)(const void *par, const struct plan *plan);
     const char *value; /* name of the column of measured values */
+    const char *no_time_step_error; /* why it makes no sense here; NULL = it does */
     bool dynamic;        /* depends on how rods move, not only on where they are */
     bool contact_forces; /* asks the method for contact forces */
     bool one_view;     /* the difference between two views does not bound its time-step error */
@@ -190,12 +195,5 @@ struct observable_type {
     /* Exact values of its rows; NULL = none are known, no column. */
     void (*exact)(const void *par, const struct plan *plan, struct exact *exact);
 };
-
-/* Views that a run takes of an observable: two where their difference tells the error of the time
- * step, in the tally one after the other. Observables without sample_ns look at the run itself. */
-static inline size_t observable_views(const struct observable_type *type, const struct plan *plan)
-{
-    return plan->method->view && type->sample_ns && !type->one_view ? VIEWS : 1;
-}
 
 #endif

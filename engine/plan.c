@@ -6,6 +6,8 @@
 #include "scene.h"
 #include "equilibrium.h"
 #include "status.h"
+#include "plan_step.h"
+#include "step_error.h"
 #include "step_limit.h"
 #include "theory/sampler.h"
 
@@ -14,11 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static const double steps_max = 1e15; /* counts stay exact in doubles and far from overflow */
-static const double stability_max = 1; /* mu h max|U''|: beyond, profiles melt without a sign */
-static const double jump_max = 0.5; /* periods a step past the potential: beyond, it is missed */
-static const double reach_max = 500; /* lengths L that drag or noise may carry a rod in a step: y
-                                      * keeps its digits until it is moved back */
+static const double steps_max = 1e15; /* counts stay exact in doubles */
 static const double chunk_rod_steps = 2e6; /* short realizations share a chunk of about this work */
 static const double sampling_share = 0.2; /* of the run time goes into static observables */
 /* BLOCKS of one realization: few and long, for neighbours in time are to be independent. */
@@ -175,125 +173,6 @@ static void plan_method(struct bcd_scene *scene, struct bcd_errors *errors)
         bcd_errors_add(errors, "/method", "\"%s\" %s", plan->method->part.name, reason);
 }
 
-/* --------------------------------------------------------------- time step */
-
-/* Length over which the potential repeats. */
-static double field_period(const struct plan *plan)
-{
-    return plan->field ? plan->potential->period(plan->potential_par) : INFINITY;
-}
-
-/* How fast rods are dragged past the potential. */
-static double speed_past_field(const struct plan *plan)
-{
-    const struct potential_type *type = plan->potential;
-    if (!plan->field)
-        return 0;
-    double velocity = type->velocity ? type->velocity(plan->potential_par) : 0;
-    return fabs(plan->mobility * plan->force - velocity);
-}
-
-/* The longest step within reach of drag and noise (normals end before 7 standard deviations). */
-static double step_in_reach(const struct plan *plan)
-{
-    double reach = reach_max * plan->length, deviation = reach / 7;
-    double by_drag = reach / (plan->mobility * fabs(plan->force));
-    double by_noise = deviation * deviation / (2 * plan->diffusion);
-    return fmin(by_drag, by_noise);
-}
-
-/* The largest step that method, drag and observables allow. */
-static struct step_limit step_allowed(const struct bcd_scene *scene)
-{
-    const struct plan *plan = &scene->plan;
-    struct step_limit limit = plan->method->time_step(plan);
-    step_limit(&limit, 0.1 * field_period(plan) / speed_past_field(plan),
-               "drag past the potential: a tenth of a period a step");
-    step_limit(&limit, step_in_reach(plan), "drag and noise over the whole ring");
-    const struct scene_part *part;
-    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
-        const struct observable_type *type = scene_observable_type(part);
-        if (type->time_step_max)
-            step_limit(&limit, type->time_step_max(part->group.values, plan),
-                       type->base.part.name);
-    }
-    return limit;
-}
-
-/* A step no longer than allowed that divides the time which has to come out even. */
-static double step_that_divides(const struct bcd_scene *scene, double allowed, const char **why)
-{
-    const struct job_par *job = &scene->job;
-    double whole = isnan(job->sample_every) ? job->time : job->sample_every;
-    if (allowed > whole) { /* nothing limits it: still show the run's course */
-        allowed = isnan(job->sample_every) ? whole / 1024 : whole;
-        *why = isnan(job->sample_every) ? "a 1024th of the time" : "sample_every";
-    }
-    return whole / ceil(whole / allowed * (1 - 1e-12));
-}
-
-/* Too long a step never fails: it melts the profile, jumps over wells or silences the stickiness.
- * Refused here. */
-static void check_stability(const struct bcd_scene *scene, struct bcd_errors *errors)
-{
-    const struct plan *plan = &scene->plan;
-    double h = plan->time_step, field = curvature_rate(plan), pair = stiffness_rate(plan);
-    if (h * field > stability_max)
-        bcd_errors_add(errors, "/time_step",
-                       "%.6g melts the profile: mobility * time_step * max|U''| = %.3g must not "
-                       "exceed %g; the largest step that works is %.6g",
-                       h, h * field, stability_max, stability_max / field);
-    double speed = speed_past_field(plan), longest = step_in_reach(plan);
-    double period = field_period(plan);
-    if (h * speed > jump_max * period)
-        bcd_errors_add(errors, "/time_step",
-                       "%.6g drags rods %.3g periods of the potential a step, which must not "
-                       "exceed %g; the largest step that works is %.6g",
-                       h, h * speed / period, jump_max, jump_max * period / speed);
-    if (h > longest)
-        bcd_errors_add(errors, "/time_step",
-                       "%.6g carries rods further than %g lengths of the system a step; the "
-                       "largest step that works is %.6g",
-                       h, reach_max, longest);
-    if (h * pair > stability_max)
-        bcd_errors_add(errors, "/time_step",
-                       "%.6g silences the interaction: 2 * mobility * time_step * max|f'| = %.3g "
-                       "must not exceed %g; the largest step that works is %.6g",
-                       h, h * pair, stability_max, stability_max / pair);
-}
-
-static void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
-{
-    const struct job_par *job = &scene->job;
-    struct plan *plan = &scene->plan;
-    if (isnan(job->time_step)) {
-        struct step_limit limit = step_allowed(scene);
-        plan->time_step = step_that_divides(scene, limit.step, &limit.why);
-        scene->time_step_why = limit.why;
-    } else {
-        plan->time_step = job->time_step;
-        scene->time_step_why = "given";
-    }
-    double h = plan->time_step;
-    double steps = ceil(job->time / h * (1 - 1e-12));
-    double before = ceil(job->equilibration_time / h * (1 - 1e-12));
-    if (!(h > 0)) {
-        bcd_errors_add(errors, "/time", "no time step is short enough: %s", scene->time_step_why);
-        return;
-    }
-    if (!(steps + before <= steps_max)) {
-        bcd_errors_add(errors, "/time",
-                       "%.3g steps of %.3g are too many: time / time_step must not exceed %.0e",
-                       steps + before, h, steps_max);
-        return;
-    }
-    plan->steps = steps < 1 ? 1 : (int64_t)steps;
-    plan->equilibration_steps = (int64_t)before;
-    if (job->time < h * (1 - 1e-9))
-        bcd_errors_add(errors, "/time_step", "%.12g must not exceed time = %.12g", h, job->time);
-    check_stability(scene, errors);
-}
-
 /* ---------------------------------------------------------------- sampling */
 
 static double sample_cost(const struct bcd_scene *scene)
@@ -382,8 +261,9 @@ void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
     if (errors->count > 0)
         return;
     plan_sampling(scene, errors);
-    plan_chunks(&scene->plan);
     plan_initial(scene, errors);
+    plan_pairs(scene);
+    plan_chunks(&scene->plan);
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
         if (scene_observable_type(part)->check)
@@ -430,6 +310,8 @@ void plan_list_facts(struct bcd_scene *scene)
     fact_text(scene, "method", plan->method->part.name);
     fact_number(scene, "time_step", "time", h);
     fact_text(scene, "time_step_limited_by", scene->time_step_why);
+    if (scene->unstable[0])
+        fact_text(scene, "time_step_warning", scene->unstable);
     if (plan->field)
         fact_number(scene, "curvature_time_step", "", h * curvature_rate(plan));
     if (plan->pair)
@@ -441,6 +323,8 @@ void plan_list_facts(struct bcd_scene *scene)
     fact_integer(scene, "equilibration_steps", plan->equilibration_steps);
     fact_number(scene, "time", "time", (double)plan->steps * h);
     fact_number(scene, "sample_every", "time", (double)plan->sample_steps * h);
+    if (plan->paired > 0)
+        fact_integer(scene, "paired_realizations", plan->paired);
     fact_integer(scene, "chunks", plan->chunks);
     fact_integer(scene, "result_version", BCD_RESULT_VERSION);
 }

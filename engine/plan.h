@@ -46,7 +46,19 @@ struct plan {
 
     int64_t realizations, per_chunk, chunks;
     int64_t blocks; /* a run's samples: 1, or more when there is but one realization */
+
+    /* The error of the time step: the first `paired` realizations are run once more with steps of
+     * twice the length on the same noise, by a plan of their own. 0 = none, no_pair says why. */
+    int64_t paired;
+    const char *no_pair;
+    const struct plan *fine; /* of that second plan: the first one; of the first: itself */
 };
+
+/* Ticks of the fine plan that one of this plan's is long. */
+static inline int64_t plan_ticks_per_step(const struct plan *plan)
+{
+    return plan->fine == plan ? 1 : 2;
+}
 
 /* First tick after block b (0 <= b < blocks), counted from the start of the measurement. */
 static inline int64_t plan_block_end(const struct plan *plan, int64_t b)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * run.c - a chunk of realizations in motion: initial configuration, equilibration, measured blocks,
- * one realization after another, cut anywhere. See bcd.h.
+ * one realization after another, cut anywhere. See bcd.h. Paired realizations make a second pass
+ * with twice the time step; what it measures is tallied as its difference from the first.
  *
  * INVARIANT  Between calls everything due at or before the current tick has happened; what is due
  *            next is a function of the kept memory. So a checkpoint is a copy of the kept arena.
@@ -10,9 +11,11 @@
 #include "blob.h"
 #include "scene.h"
 #include "status.h"
+#include "step_error.h"
 #include "tally.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +24,8 @@ enum { OBSERVERS_MAX = VIEWS * SCENE_PARTS_MAX, RECENTRE_STEPS = 1 << 16 };
 /* Kept in checkpoints. */
 struct progress {
     int64_t realization; /* within the chunk */
-    int64_t block;       /* of the realization */
+    int64_t block;       /* of the pass */
+    int64_t second_pass; /* 1: with twice the time step */
 };
 
 struct bcd_run {
@@ -32,14 +36,68 @@ struct bcd_run {
     struct progress *progress;
     struct observer observers[OBSERVERS_MAX];
     int64_t due[OBSERVERS_MAX]; /* measured ticks; from kept memory alone */
-    size_t observer_count;
+    size_t first_pass, observer_count; /* those of the second pass follow those of the first */
     struct bcd_tally tally;
-    double *values; /* of the block that ends, scratch */
+    double *values; /* [tally.count] of the block that ends, scratch */
+    double *paired; /* [blocks of a second pass][tally.count] of the first pass, kept */
     struct arena kept, scratch;
     enum bcd_status status; /* not OK: a realization could not begin */
 };
 
 /* ------------------------------------------------------------------ making */
+
+/* How many of the chunk's realizations make a second pass. */
+static int64_t paired_in_chunk(const struct bcd_run *run)
+{
+    int64_t left = run->plan->paired - run->first;
+    return left < 0 ? 0 : left < run->count ? left : run->count;
+}
+
+static void add_observer(struct bcd_run *run, const struct scene_part *part,
+                         const struct plan *plan, size_t first)
+{
+    const struct observable_type *type = scene_observable_type(part);
+    const void *par = part->group.values;
+    struct observer *o = &run->observers[run->observer_count++];
+    *o = (struct observer){.type = type, .par = par, .plan = plan, .first = first};
+    o->count = type->count(par, plan);
+    o->memory = arena_take(&run->kept, type->memory(par, plan));
+}
+
+/* The number of values of a sample, second sections included. */
+static size_t lay_out_first_pass(struct bcd_run *run)
+{
+    size_t values = 0;
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(run->scene, i)) != NULL; i++) {
+        const struct observable_type *type = scene_observable_type(part);
+        size_t sections = step_error_sections(type, run->plan);
+        bool views = step_error_of(type, run->plan) == STEP_ERROR_VIEWS;
+        for (size_t view = 0; view < (views ? sections : 1); view++) {
+            size_t count = type->count(part->group.values, run->plan);
+            add_observer(run, part, run->plan, values + view * count);
+            run->observers[run->observer_count - 1].view = (enum view)view;
+        }
+        values += sections * type->count(part->group.values, run->plan);
+    }
+    return values;
+}
+
+/* Observers of the pairs, each writing into the second section of its observable. */
+static void lay_out_second_pass(struct bcd_run *run)
+{
+    size_t values = 0;
+    const struct scene_part *part;
+    for (size_t i = 0; (part = scene_observable(run->scene, i)) != NULL; i++) {
+        const struct observable_type *type = scene_observable_type(part);
+        size_t count = type->count(part->group.values, run->plan);
+        if (step_error_of(type, run->plan) == STEP_ERROR_PAIR) {
+            add_observer(run, part, &run->scene->coarse, values + count);
+            assert(run->observers[run->observer_count - 1].count == count);
+        }
+        values += step_error_sections(type, run->plan) * count;
+    }
+}
 
 static void lay_out(struct bcd_run *run)
 {
@@ -48,19 +106,12 @@ static void lay_out(struct bcd_run *run)
     run->progress = arena_take(&run->kept, sizeof *run->progress);
     sim_layout(&run->sim, plan, &run->kept);
     run->observer_count = 0;
-    size_t values = 0;
-    const struct scene_part *part;
-    for (size_t i = 0; (part = scene_observable(run->scene, i)) != NULL; i++) {
-        const struct observable_type *type = scene_observable_type(part);
-        const void *par = part->group.values;
-        for (size_t view = 0; view < observable_views(type, plan); view++) {
-            struct observer *o = &run->observers[run->observer_count++];
-            *o = (struct observer){.type = type, .par = par, .plan = plan, .first = values};
-            o->view = (enum view)view;
-            o->count = type->count(par, plan);
-            o->memory = arena_take(&run->kept, type->memory(par, plan));
-            values += o->count;
-        }
+    size_t values = lay_out_first_pass(run);
+    run->first_pass = run->observer_count;
+    if (paired_in_chunk(run) > 0) {
+        lay_out_second_pass(run);
+        run->paired = arena_take(&run->kept, (size_t)run->scene->coarse.blocks * values *
+                                                 sizeof *run->paired);
     }
     tally_layout(&run->tally, run->scene, values, &run->kept);
     run->values = arena_take(&run->scratch, values * sizeof *run->values);
@@ -113,9 +164,30 @@ void bcd_run_free(struct bcd_run *run)
 
 /* --------------------------------------------------------------- advancing */
 
-static int64_t ticks_each(const struct bcd_run *run)
+static int64_t ticks_of_pass(const struct plan *plan)
 {
-    return run->plan->equilibration_steps + run->plan->steps;
+    return plan->equilibration_steps + plan->steps;
+}
+
+/* Ticks of the chunk's first `realizations` realizations, second passes included. */
+static int64_t ticks_of(const struct bcd_run *run, int64_t realizations)
+{
+    int64_t paired = paired_in_chunk(run);
+    paired = paired < realizations ? paired : realizations;
+    return realizations * ticks_of_pass(run->plan) +
+           (paired > 0 ? paired * ticks_of_pass(&run->scene->coarse) : 0);
+}
+
+/* The observers of the pass in motion: from *first up to the number returned. */
+static size_t pass_observers(const struct bcd_run *run, size_t *first)
+{
+    *first = run->progress->second_pass ? run->first_pass : 0;
+    return run->progress->second_pass ? run->observer_count : run->first_pass;
+}
+
+static void choose_plan(struct bcd_run *run)
+{
+    run->sim.plan = run->progress->second_pass ? &run->scene->coarse : run->plan;
 }
 
 static bool finished(const struct bcd_run *run)
@@ -130,60 +202,82 @@ static int64_t next_look(const struct bcd_run *run, const struct observer *o, in
         return INT64_MAX;
     if (o->type->next)
         return o->type->next(o, after);
-    int64_t every = run->plan->sample_steps;
+    int64_t every = run->sim.plan->sample_steps;
     return (after / every + 1) * every;
 }
 
 static void schedule(struct bcd_run *run)
 {
     int64_t now = sim_measured(&run->sim);
-    for (size_t i = 0; i < run->observer_count; i++)
+    size_t first, end = pass_observers(run, &first);
+    for (size_t i = first; i < end; i++)
         run->due[i] = now < 0 ? INT64_MAX : next_look(run, &run->observers[i], now);
 }
 
 static void begin_measurement(struct bcd_run *run)
 {
     run->progress->block = 0;
-    for (size_t i = 0; i < run->observer_count; i++)
+    size_t first, end = pass_observers(run, &first);
+    for (size_t i = first; i < end; i++)
         run->observers[i].type->begin(&run->observers[i], &run->sim);
     schedule(run);
 }
 
 static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *error)
 {
+    choose_plan(run);
     enum bcd_status status =
         sim_begin(&run->sim, run->first + run->progress->realization, error);
     if (status)
         return status;
     if (run->plan->method->begin)
         run->plan->method->begin(&run->sim);
-    if (run->plan->equilibration_steps == 0)
+    if (run->sim.plan->equilibration_steps == 0)
         begin_measurement(run);
     else
         schedule(run);
     return BCD_OK;
 }
 
+/* Takes off what the first pass of the same realization measured in this block. */
+static void subtract_first_pass(const struct bcd_run *run, const struct observer *o)
+{
+    const double *before = run->paired + (size_t)run->progress->block * run->tally.count;
+    for (size_t i = o->first; i < o->first + o->count; i++)
+        run->values[i] -= before[i - o->count];
+}
+
 static void end_block(struct bcd_run *run)
 {
-    for (size_t i = 0; i < run->observer_count; i++) {
+    const size_t count = run->tally.count;
+    for (size_t i = 0; i < count; i++)
+        run->values[i] = NAN;
+    size_t first, end = pass_observers(run, &first);
+    for (size_t i = first; i < end; i++) {
         struct observer *o = &run->observers[i];
         o->type->end_block(o, &run->sim, run->values + o->first);
+        if (run->progress->second_pass)
+            subtract_first_pass(run, o);
     }
     tally_add(&run->tally, run->values);
+    if (run->paired && !run->progress->second_pass &&
+        run->progress->block < run->scene->coarse.blocks)
+        memcpy(run->paired + (size_t)run->progress->block * count, run->values,
+               count * sizeof *run->values);
     run->progress->block++;
 }
 
 /* The tick (of the realization) of whatever comes next. */
 static int64_t next_stop(const struct bcd_run *run)
 {
-    const struct plan *plan = run->plan;
+    const struct plan *plan = run->sim.plan;
     int64_t tick = run->sim.clock->tick;
     int64_t stop = (tick / RECENTRE_STEPS + 1) * RECENTRE_STEPS;
     if (tick < plan->equilibration_steps)
         return stop < plan->equilibration_steps ? stop : plan->equilibration_steps;
     int64_t measured = plan_block_end(plan, run->progress->block);
-    for (size_t i = 0; i < run->observer_count; i++)
+    size_t first, end = pass_observers(run, &first);
+    for (size_t i = first; i < end; i++)
         measured = run->due[i] < measured ? run->due[i] : measured;
     return stop < plan->equilibration_steps + measured ? stop
                                                        : plan->equilibration_steps + measured;
@@ -194,7 +288,8 @@ static void look(struct bcd_run *run, enum view view, int64_t measured)
 {
     const struct method_type *method = run->plan->method;
     run->sim.seen = method->view ? NULL : run->sim.y;
-    for (size_t i = 0; i < run->observer_count; i++) {
+    size_t first, end = pass_observers(run, &first);
+    for (size_t i = first; i < end; i++) {
         struct observer *o = &run->observers[i];
         if (o->view != view || run->due[i] != measured)
             continue;
@@ -205,10 +300,20 @@ static void look(struct bcd_run *run, enum view view, int64_t measured)
     }
 }
 
+/* After the last tick of a pass: the second pass, or the next realization. */
+static enum bcd_status next_pass(struct bcd_run *run, struct bcd_error *error)
+{
+    struct progress *progress = run->progress;
+    progress->second_pass =
+        !progress->second_pass && progress->realization < paired_in_chunk(run);
+    progress->realization += !progress->second_pass;
+    return finished(run) ? BCD_OK : begin_realization(run, error);
+}
+
 /* Does what is due at the current tick: looks, ends of blocks and realizations. */
 static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
 {
-    const struct plan *plan = run->plan;
+    const struct plan *plan = run->sim.plan;
     int64_t measured = sim_measured(&run->sim);
     if (measured < 0)
         return BCD_OK;
@@ -220,12 +325,7 @@ static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
         look(run, (enum view)view, measured);
     if (measured == plan_block_end(plan, run->progress->block))
         end_block(run);
-    if (measured == plan->steps) {
-        run->progress->realization++;
-        if (!finished(run))
-            return begin_realization(run, error);
-    }
-    return BCD_OK;
+    return measured == plan->steps ? next_pass(run, error) : BCD_OK;
 }
 
 enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_error *error)
@@ -248,13 +348,16 @@ enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_e
 
 int64_t bcd_run_ticks_done(const struct bcd_run *run)
 {
-    int64_t whole = run->progress->realization * ticks_each(run);
-    return finished(run) ? whole : whole + run->sim.clock->tick;
+    int64_t whole = ticks_of(run, run->progress->realization);
+    if (finished(run))
+        return whole;
+    whole += run->progress->second_pass ? ticks_of_pass(run->plan) : 0;
+    return whole + run->sim.clock->tick;
 }
 
 int64_t bcd_run_ticks_total(const struct bcd_run *run)
 {
-    return run->count * ticks_each(run);
+    return ticks_of(run, run->count);
 }
 
 const struct bcd_tally *bcd_run_tally(const struct bcd_run *run)
@@ -292,7 +395,9 @@ enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t s
         return error_set(error, BCD_CORRUPT, "", "a checkpoint of %zu bytes, %zu expected", size,
                          bcd_run_checkpoint_size(run));
     memcpy(run->kept.bytes, (const char *)bytes + BLOB_HEADER_SIZE, run->kept.used);
+    choose_plan(run);
     run->sim.noise.realization = (uint32_t)(run->first + run->progress->realization);
+    run->sim.noise.doubled = run->progress->second_pass;
     schedule(run);
     return BCD_OK;
 }
@@ -307,9 +412,11 @@ int64_t bcd_scene_chunks(const struct bcd_scene *scene)
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate)
 {
     const struct plan *plan = &scene->plan;
-    struct bcd_run run = {.scene = scene, .plan = plan};
+    struct bcd_run run = {.scene = scene, .plan = plan, .count = plan->per_chunk};
     lay_out(&run); /* counts only */
-    double steps = (double)ticks_each(&run) * (double)plan->realizations;
+    double steps = (double)ticks_of_pass(plan) * (double)plan->realizations;
+    if (plan->paired > 0)
+        steps += (double)ticks_of_pass(&scene->coarse) * (double)plan->paired;
     double rod_steps = steps * (double)plan->particles;
     *estimate = (struct bcd_estimate){
         .run_bytes = 2.0 * (double)run.kept.used + (double)run.scratch.used,

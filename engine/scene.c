@@ -40,6 +40,20 @@ static const char *initial_word(size_t i)
     return i < sizeof words / sizeof *words ? words[i] : NULL;
 }
 
+static const char *stability_word(size_t i)
+{
+    static const char *const words[] = {[STABILITY_REQUIRED] = "required",
+                                        [STABILITY_IGNORED] = "ignored"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
+static const char *step_error_word(size_t i)
+{
+    static const char *const words[] = {[STEP_ERROR_ESTIMATED] = "estimated",
+                                        [STEP_ERROR_SKIPPED] = "skipped"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
 #define AT(member) .offset = offsetof(struct job_par, member)
 static const struct bcd_param job_params[] = {
     {.name = "model", .type = BCD_PARAM_CHOICE, .choice = model_word, .doc = "what is simulated",
@@ -65,6 +79,11 @@ static const struct bcd_param job_params[] = {
      .doc = "relative error from the time step that automatic choices aim at", AT(tolerance)},
     {.name = "time_step", .type = BCD_PARAM_AUTO, .above_min = true, .unit = "time", .min = 0,
      .max = 1e18, .fallback = NAN, .doc = "time step", AT(time_step)},
+    {.name = "time_step_error", .type = BCD_PARAM_CHOICE, .choice = step_error_word,
+     .doc = "whether part of the time goes into estimating what the time step does", AT(step_error)},
+    {.name = "stability", .type = BCD_PARAM_CHOICE, .choice = stability_word,
+     .doc = "\"ignored\": time steps known to be too long run all the same, and results say so",
+     AT(stability)},
     {.name = "equilibration_time", .type = BCD_PARAM_NUMBER, .unit = "time", .min = 0,
      .max = 1e18, .doc = "discarded before measuring", AT(equilibration_time)},
     {.name = "time", .type = BCD_PARAM_NUMBER, .required = true, .above_min = true,

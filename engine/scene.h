@@ -11,10 +11,12 @@
 #include "plan.h"
 
 enum { BOUNDARY_PERIODIC, BOUNDARY_WALLS };
+enum { STABILITY_REQUIRED, STABILITY_IGNORED };
+enum { STEP_ERROR_ESTIMATED, STEP_ERROR_SKIPPED };
 
 /* The job's own parameters, as the rows of scene.c describe them. */
 struct job_par {
-    int64_t model, boundary, method, initial; /* indices of choices */
+    int64_t model, boundary, method, initial, stability, step_error; /* indices of choices */
     int64_t particles, realizations, seed;
     double length, diameter, mobility, temperature, force;
     double tolerance;
@@ -35,8 +37,9 @@ struct bcd_scene {
     struct scene_part parts[SCENE_PARTS_MAX]; /* by slot, then by index: the catalogue's order */
     size_t part_count;
     bool complete;
-    struct plan plan;
+    struct plan plan, coarse; /* coarse: twice the time step, of paired realizations */
     const char *time_step_why;
+    char unstable[160]; /* why the time step would be refused, had it not been asked for */
     struct bcd_fact facts[SCENE_FACTS_MAX];
     size_t fact_count;
 };

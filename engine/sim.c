@@ -93,6 +93,7 @@ enum bcd_status sim_begin(struct sim *sim, int64_t realization, struct bcd_error
     *sim->clock = (struct sim_clock){0, 0};
     sim->noise = (struct noise_key){.seed = sim->plan->seed, .stream = STREAM_STEPS};
     sim->noise.realization = (uint32_t)realization;
+    sim->noise.doubled = plan_ticks_per_step(sim->plan) > 1;
     if (sim->plan->initial == INITIAL_EQUILIBRIUM)
         return place_equilibrium(sim, error);
     if (sim->plan->initial == INITIAL_LATTICE)

@@ -19,7 +19,7 @@ struct sim_clock {
 };
 
 struct sim {
-    const struct plan *plan;
+    const struct plan *plan; /* the scene's, or in a second pass that of twice its time step */
     double *y;               /* [N], kept in checkpoints */
     const double *seen;      /* [N], what static observables look at: y, or a method's view */
     struct sim_clock *clock; /* kept in checkpoints */
@@ -28,7 +28,14 @@ struct sim {
 };
 
 /* Streams of the counter-based generator. */
-enum { STREAM_STEPS = 0, STREAM_INITIAL = 1, STREAM_VIEW = 2 };
+enum {
+    STREAM_STEPS = 0,
+    STREAM_INITIAL = 1,
+    STREAM_VIEW = 2,
+    STREAM_FIRST_KICK = 3, /* lm: the noise before the first step */
+    STREAM_ACCEPT = 4,     /* metropolis: which moves are accepted */
+    STREAM_REDRAW = 5,     /* tao: noise drawn anew after a contact */
+};
 
 static inline double sim_time(const struct sim *sim)
 {

@@ -5,6 +5,8 @@
 
 #include "part.h"
 
+#include <math.h>
+
 struct step_limit {
     double step;
     const char *why;
@@ -26,6 +28,19 @@ static inline double curvature_rate(const struct plan *plan)
 static inline double stiffness_rate(const struct plan *plan)
 {
     return plan->pair ? 2 * plan->diffusion * plan->pair->stiffness(plan->pair_par, plan) : 0;
+}
+
+/* Without forces that vary in space, reflection is all there is to a step. */
+static inline bool moves_freely(const struct plan *plan)
+{
+    return !plan->field && !plan->pair;
+}
+
+/* How much longer than for the tolerance of .005 that shares were measured at, for errors of an
+ * order in the step. */
+static inline double tolerance_share(const struct plan *plan, double order)
+{
+    return pow(plan->tolerance / 0.005, 1 / order);
 }
 
 /* The two limits all methods have, as shares of the times above. */

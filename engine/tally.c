@@ -5,6 +5,7 @@
 #include "blob.h"
 #include "reference.h"
 #include "status.h"
+#include "step_error.h"
 #include "table.h"
 
 #include <assert.h>
@@ -12,11 +13,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Values of one sample of one observable, in all its views. */
+/* Values of one sample of one observable, in both its sections if there are two. */
 static size_t values_of(const struct scene_part *part, const struct plan *plan)
 {
     const struct observable_type *type = scene_observable_type(part);
-    return type->count(part->group.values, plan) * observable_views(type, plan);
+    return type->count(part->group.values, plan) * step_error_sections(type, plan);
 }
 
 size_t tally_count(const struct bcd_scene *scene)
@@ -130,40 +131,17 @@ static void add_remarks(struct bcd_table *table, const struct plan *plan)
                       (double)(blocks ? plan->blocks : plan->realizations));
 }
 
-/* The part of the tally that one view of the observable has. */
+/* One section of the observable's part of the tally. */
 static struct moments moments_of(const struct bcd_tally *tally, const struct bcd_scene *scene,
-                                 size_t index, enum view view)
+                                 size_t index, size_t section)
 {
     const struct scene_part *part = scene_observable(scene, index);
     size_t count = scene_observable_type(part)->count(part->group.values, &scene->plan);
-    size_t first = view * count;
+    size_t first = section * count;
     for (size_t i = 0; i < index; i++)
         first += values_of(scene_observable(scene, i), &scene->plan);
     return (struct moments){tally->samples + first, tally->mean + first, tally->square + first,
                             count};
-}
-
-/* What the finite time step may have done to the values: the distance between two views of the same
- * run, which the truth lies between as a rule. */
-static enum bcd_status add_time_step_error(struct bcd_table *table, const struct bcd_tally *tally,
-                                           const struct bcd_scene *scene, size_t index)
-{
-    const struct scene_part *part = scene_observable(scene, index);
-    const char *name = "time_step_error";
-    if (observable_views(scene_observable_type(part), &scene->plan) < VIEWS) {
-        table_add_absent(table, name, BCD_ROLE_TIME_STEP_ERROR,
-                         "not estimated for this observable and method: repeat the job with half "
-                         "the time_step");
-        return BCD_OK;
-    }
-    struct moments noise = moments_of(tally, scene, index, VIEW_MID_NOISE),
-                   drift = moments_of(tally, scene, index, VIEW_MID_DRIFT);
-    double *error = table_add(table, name, BCD_ROLE_TIME_STEP_ERROR);
-    if (!error)
-        return BCD_NO_MEMORY;
-    for (size_t i = 0; i < table->rows; i++)
-        error[i] = noise.samples[i] > 0 ? fabs(noise.mean[i] - drift.mean[i]) : NAN;
-    return BCD_OK;
 }
 
 enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_scene *scene,
@@ -176,7 +154,8 @@ enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_
         return BCD_INVALID;
     const struct observable_type *type = scene_observable_type(part);
     const void *par = part->group.values;
-    struct moments moments = moments_of(tally, scene, index, VIEW_MID_NOISE);
+    struct moments moments = moments_of(tally, scene, index, 0),
+                   second = moments_of(tally, scene, index, 1);
     struct bcd_table *table = calloc(1, sizeof *table);
     if (!table)
         return BCD_NO_MEMORY;
@@ -190,12 +169,14 @@ enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_
     if (!status)
         status = reference_compare(table, moments.samples);
     if (!status)
-        status = add_time_step_error(table, tally, scene, index);
+        status = step_error_add(table, type, &scene->plan, &moments, &second);
     if (status) {
         bcd_table_free(table);
         return status;
     }
     add_remarks(table, &scene->plan);
+    if (scene->unstable[0])
+        table_note_text(table, "time_step_warning", scene->unstable);
     *out = table;
     return BCD_OK;
 }

@@ -10,12 +10,14 @@
 #ifndef KERNELS_NORMALS_H
 #define KERNELS_NORMALS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct noise_key {
     uint64_t seed;
     uint32_t realization;
     uint8_t stream; /* separates uses: 0 = steps, 1 = initial configuration, ... */
+    bool doubled;   /* noise.h: a step is two ticks long and takes the noise of both */
 };
 
 /* out[i] += scale * normal(i), i = 0 .. n-1, for one tick (0 <= tick < 2^56), n < 2^34. */

@@ -39,14 +39,14 @@ static void bcd_advance(struct sim *sim, int64_t ticks)
     }
 }
 
-/* L1 error of the density of .005: in the smooth part as measured, at contacts from how much
+/* L1 error of the density within the tolerance: in the smooth part as measured, at contacts from how much
  * shorter rods seem against the mean gap. */
 static struct step_limit bcd_time_step(const struct plan *plan)
 {
-    const double tolerance = 0.005, gap_share = 0.25;
+    const double gap_share = 0.25;
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, 0.018, 0.1);
-    double gap = plan->free_length / (double)plan->particles, reach = tolerance * gap / gap_share;
+    step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
+    double gap = plan->free_length / (double)plan->particles, reach = plan->tolerance * gap / gap_share;
     if (plan->particles > 1 && plan->diffusion > 0 && gap > 0)
         step_limit(&limit, reach * reach / (4 * plan->diffusion), "mean gap between rods");
     return limit;

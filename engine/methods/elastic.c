@@ -26,8 +26,14 @@ static const char *elastic_cannot(const struct plan *plan)
 static struct step_limit elastic_time_step(const struct plan *plan)
 {
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, 0.018, 0.1);
+    step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
     return limit;
+}
+
+static bool elastic_exact(const struct plan *plan, bool dynamic)
+{
+    (void)dynamic;
+    return moves_freely(plan);
 }
 
 static void elastic_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
@@ -56,6 +62,7 @@ const struct method_type method_elastic = {
     .order = 1,
     .step_ns = 9,
     .cannot = elastic_cannot,
+    .exact = elastic_exact,
     .time_step = elastic_time_step,
     .layout = elastic_layout,
     .advance = elastic_advance,

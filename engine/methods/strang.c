@@ -27,8 +27,14 @@ struct strang_work {
 static struct step_limit strang_time_step(const struct plan *plan)
 {
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, 0.2, 0.3);
+    step_limit_rates(&limit, plan, fmin(0.2 * tolerance_share(plan, 1.5), 0.8), 0.3);
     return limit;
+}
+
+static bool strang_exact(const struct plan *plan, bool dynamic)
+{
+    (void)dynamic;
+    return moves_freely(plan) && plan->diffusion > 0;
 }
 
 static double *take_rods(const struct sim *sim, struct arena *scratch)
@@ -131,6 +137,7 @@ const struct method_type method_strang = {
     .part = {.name = "strang", .doc = "deterministic sticky flow and reflected noise in turns"},
     .order = 1.5,
     .step_ns = 20,
+    .exact = strang_exact,
     .time_step = strang_time_step,
     .layout = strang_layout,
     .advance = strang_advance,

@@ -8,6 +8,9 @@
  * Origins of one stride share a ring of
  * stored configurations, so memory grows with the logarithm of the longest lag, not with the run.
  *
+ * Where the error of the time step is told from a second pass with twice the step, lags are even
+ * numbers of steps, so that both have them; first and last only where that is a change below 1 %.
+ *
  * A single realization is cut into blocks for its error bar. A lag's samples are gathered over as
  * many blocks as make at least four lags; where that leaves one sample there is no error bar.
  */
@@ -57,8 +60,8 @@ static const struct bcd_param msd_params[] = {
     {0},
 };
 
-/* The lags in ticks, rising, with the stride of their origins and the blocks that one sample
- * gathers; configurations kept per stride. A pure function of parameters and plan. */
+/* The lags in ticks, rising (0: no whole number of ticks), with the stride of their origins and the
+ * blocks that one sample gathers; configurations kept per stride. A pure function of parameters and plan. */
 struct msd_lags {
     int64_t count, strides;
     int64_t lag[POINTS_MAX], gather[POINTS_MAX];
@@ -100,6 +103,8 @@ static void spread_lags(const struct msd_par *par, const struct plan *plan, stru
         double share = par->points > 1 ? (double)k / (double)(par->points - 1) : 0;
         int64_t lag = (int64_t)rint((double)first * power(ratio, share));
         lag = k + 1 == par->points && par->points > 1 ? last : lag;
+        bool given = k == 0 || k + 1 == par->points;
+        lag -= plan->paired > 0 && lag > (given ? 100 : 1) ? lag % 2 : 0;
         if (lags->count == 0 || lag > lags->lag[lags->count - 1])
             lags->lag[lags->count++] = lag;
     }
@@ -132,19 +137,27 @@ static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *p
 static void find_lags(const struct msd_par *par, const struct plan *plan, struct msd_lags *lags)
 {
     memset(lags, 0, sizeof *lags);
-    spread_lags(par, plan, lags);
-    int64_t shortest = shortest_stride(lags, plan), block = plan_block_end(plan, 0);
+    spread_lags(par, plan->fine, lags);
+    int64_t ticks = plan_ticks_per_step(plan), block = plan_block_end(plan->fine, 0);
+    for (int64_t k = 0; k < lags->count; k++) {
+        int64_t lag = lags->lag[k];
+        lags->gather[k] = 1;
+        while (lags->gather[k] < plan->fine->blocks && lags->gather[k] * block < 4 * lag)
+            lags->gather[k] *= 2; /* blocks are a power of two */
+        lags->lag[k] = lag % ticks == 0 ? lag / ticks : 0;
+    }
+    int64_t shortest = shortest_stride(lags, plan);
     for (int64_t k = 0; k < lags->count; k++) {
         int64_t lag = lags->lag[k], stride = stride_of(lag, shortest);
+        if (lag == 0 && lags->strides > 0) /* the longest one: its neighbour's will do */
+            stride = lags->stride[lags->strides - 1];
         if (lags->strides == 0 || lags->stride[lags->strides - 1] != stride) {
             assert(lags->strides < STRIDES_MAX);
             lags->stride[lags->strides++] = stride;
         }
         lags->level[k] = (int)(lags->strides - 1);
-        lags->slots[lags->strides - 1] = lag / stride + 1; /* lags rise: the last one decides */
-        lags->gather[k] = 1;
-        while (lags->gather[k] < plan->blocks && lags->gather[k] * block < 4 * lag)
-            lags->gather[k] *= 2; /* blocks are a power of two */
+        int64_t *slots = &lags->slots[lags->strides - 1];
+        *slots = lag / stride + 1 > *slots ? lag / stride + 1 : *slots;
     }
     for (int64_t l = 0; l < lags->strides; l++) {
         lags->first_slot[l] = lags->total_slots;
@@ -257,7 +270,8 @@ static void msd_end_block(struct observer *o, const struct sim *sim, double *val
     memory->block++;
     for (size_t k = 0; k < o->count; k++) {
         values[k] = NAN;
-        if (memory->block % memory->lags.gather[k] != 0 || memory->origins[k] == 0)
+        if (memory->block % memory->lags.gather[k] != 0 || memory->origins[k] == 0 ||
+            memory->lags.lag[k] == 0)
             continue;
         values[k] = memory->sum[k] / ((double)memory->origins[k] * (double)o->plan->particles);
         memory->sum[k] = 0;
