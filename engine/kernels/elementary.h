@@ -9,6 +9,7 @@
 #ifndef KERNELS_ELEMENTARY_H
 #define KERNELS_ELEMENTARY_H
 
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -152,6 +153,120 @@ static inline double power(double x, double a)
 {
     double exponent = a * log_normal(x);
     return exponent < -700 ? 0 : exp_bounded(exponent);
+}
+
+/* ------------------------------------------- over the whole range of doubles
+ * Accurate to a few units in the last place; NaN where a function has no value, infinite beyond
+ * the largest double. */
+
+static inline double exp_any(double x)
+{
+    double bounded = x > 1000 ? 1000 : x < -1000 ? -1000 : x;
+    int direct = absolute(bounded) <= 700;
+    double root = exp_bounded(direct ? bounded : bounded * 0.5);
+    return direct ? root : root * root;
+}
+
+static inline double log_any(double x)
+{
+    int tiny = x < 0x1p-1022;
+    double y = log_normal(tiny ? x * 0x1p54 : x) - (tiny ? 37.429947750237046 : 0.0);
+    y = x == INFINITY ? INFINITY : x == 0 ? -INFINITY : y;
+    return x >= 0 ? y : NAN;
+}
+
+/* e^x - 1 for |x| <= ln 2 / 2, as exp_bounded. */
+static inline double exp_minus_one_small(double x)
+{
+    double p = 0x1.1e505e389cb2cp-29;
+    p = p * x + 0x1.af773c85ce13cp-26;
+    p = p * x + 0x1.27e5aeb931e77p-22;
+    p = p * x + 0x1.71dde82a22190p-19;
+    p = p * x + 0x1.a01a013379fccp-16;
+    p = p * x + 0x1.a01a01b7a5deep-13;
+    p = p * x + 0x1.6c16c16c333cdp-10;
+    p = p * x + 0x1.111111110dcadp-7;
+    p = p * x + 0x1.55555555554ecp-5;
+    p = p * x + 0x1.5555555555562p-3;
+    p = p * x + 0.5;
+    return x + x * x * p;
+}
+
+/* x - m pi/2 for whole |m| <= 2^20, in three exact pieces and a rest; at most pi/2 for all m. */
+static inline double less_quarter_turns(double x, double m)
+{
+    const double most = 1.5707963267948966;
+    double r = (((x - m * 0x1.921fb544p+0) - m * 0x1.0b4611a6p-34) - m * 0x1.3198a2e0p-69) -
+               m * 0x1.b839a252049c1p-104;
+    return r > most ? most : r < -most ? -most : r;
+}
+
+/* 1 for even, -1 for odd whole numbers. */
+static inline double sign_of_parity(double k)
+{
+    return 1 - 2 * absolute(k - 2 * round_whole(k * 0.5));
+}
+
+/* sin x, cos x of radians: |x| <= 10^6 to the last places, then with the absolute error |x| 2^-52
+ * that x itself may have; NaN from 2^50 on. */
+static inline double sin_any(double x)
+{
+    double k = round_whole(x * 0.3183098861837907);
+    double r = less_quarter_turns(x, 2 * k);
+    double s = sin_quarter(r * 0.15915494309189535) * sign_of_parity(k);
+    return absolute(x) < 0x1p50 ? s : NAN;
+}
+
+static inline double cos_any(double x)
+{
+    double k = round_whole(x * 0.3183098861837907 - 0.5);
+    double r = less_quarter_turns(x, 2 * k + 1);
+    double s = -sin_quarter(r * 0.15915494309189535) * sign_of_parity(k);
+    return absolute(x) < 0x1p50 ? s : NAN;
+}
+
+static inline double tan_any(double x)
+{
+    return sin_any(x) / cos_any(x);
+}
+
+static inline double arc_sine(double x)
+{
+    return arc_tangent(x / sqrt((1 - x) * (1 + x)));
+}
+
+static inline double arc_cosine(double x)
+{
+    return 2 * arc_tangent(sqrt((1 - x) / (1 + x)));
+}
+
+static inline double sinh_any(double x)
+{
+    double a = absolute(x), m = exp_minus_one_small(a < 0.34 ? a : 0);
+    double half = exp_any(a * 0.5), e = half * half;
+    double r = a < 0.34 ? 0.5 * (m + m / (m + 1)) : 0.5 * half * half - 0.5 / e;
+    return x < 0 ? -r : r;
+}
+
+static inline double cosh_any(double x)
+{
+    double half = exp_any(absolute(x) * 0.5);
+    return 0.5 * half * half + 0.5 / (half * half);
+}
+
+static inline double tanh_any(double x)
+{
+    double a = absolute(x), b = a < 30 ? 2 * a : 60, m = exp_minus_one_small(b < 0.34 ? b : 0);
+    double e = exp_any(b), r = b < 0.34 ? m / (m + 2) : (e - 1) / (e + 1);
+    r = x < 0 ? -r : r;
+    return x == x ? r : NAN;
+}
+
+/* x^a for x >= 0: relative error about |a ln x| 2^-53. NaN for x < 0. */
+static inline double power_any(double x, double a)
+{
+    double p = exp_any(a * log_any(x));
+    return a == 0 ? 1 : p;
 }
 
 #endif

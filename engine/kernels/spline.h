@@ -14,6 +14,7 @@ struct spline {
     double from, step;
     size_t pieces;
     double *c; /* [4 * pieces], malloc'ed; NULL = none */
+    bool periodic;
 };
 
 /* Through values[i] at from + i * step, i = 0 .. count-1; count >= 3. Periodic: over count pieces,
@@ -28,6 +29,20 @@ void spline_free(struct spline *spline); /* may be zeroed memory */
 /* One point; beyond the ends a periodic one repeats, an open one goes on with its last piece.
  * derivative 0, 1, 2. */
 double spline_at(const struct spline *spline, double x, int derivative);
+
+/* Many points x[i] = y[i] + i * diameter, i = 0 .. count-1. */
+struct spline_points {
+    const double *y;
+    int64_t count;
+    double diameter;
+};
+
+/* out[i] += scale * first derivative at x[i]. */
+void spline_add_slope(const struct spline *spline, const struct spline_points *points, double scale,
+                      double *out);
+
+/* Sum of the values at x[i], in a fixed order of eight partial sums. */
+double spline_sum(const struct spline *spline, const struct spline_points *points);
 
 /* Largest |second derivative|, exact: it is linear on every piece. */
 double spline_curvature_max(const struct spline *spline);
