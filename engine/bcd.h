@@ -303,7 +303,7 @@ struct bcd_note {
     double number;
 };
 
-enum { BCD_COLUMNS_MAX = 8, BCD_NOTES_MAX = 8 };
+enum { BCD_COLUMNS_MAX = 8, BCD_NOTES_MAX = 16 };
 struct bcd_table {
     char name[32];                  /* the observable */
     bool scalar;                    /* one row, to be shown as numbers rather than lists */
