@@ -9,6 +9,8 @@ extern const struct method_type method_bcd;
 extern const struct potential_type potential_cosine;
 
 extern const struct pair_type pair_sticky;
+extern const struct pair_type pair_yukawa;
+extern const struct pair_type pair_power;
 
 extern const struct observable_type observable_density;
 extern const struct observable_type observable_contact_density;
@@ -17,17 +19,19 @@ extern const struct observable_type observable_pair_distribution;
 extern const struct observable_type observable_energy;
 extern const struct observable_type observable_current;
 extern const struct observable_type observable_cluster_sizes;
+extern const struct observable_type observable_trajectory;
 
 const struct method_type *const method_types[] = {&method_strang, &method_elastic, &method_bcd,
                                                  NULL};
 
 const struct potential_type *const potential_types[] = {&potential_cosine, NULL};
 
-const struct pair_type *const pair_types[] = {&pair_sticky, NULL};
+const struct pair_type *const pair_types[] = {&pair_sticky, &pair_yukawa, &pair_power, NULL};
 
 const struct observable_type *const observable_types[] = {
     &observable_msd,     &observable_density,       &observable_contact_density,
     &observable_pair_distribution,
     &observable_energy,  &observable_current,       &observable_cluster_sizes,
+    &observable_trajectory,
     NULL,
 };

@@ -56,6 +56,19 @@ void table_add_absent(struct bcd_table *table, const char *name, enum bcd_role r
     snprintf(column->reason, sizeof column->reason, "%s", reason);
 }
 
+void table_make_absent(struct bcd_table *table, enum bcd_role role, const char *reason)
+{
+    for (size_t i = 0; i < table->columns; i++) {
+        struct bcd_column *column = &table->column[i];
+        if (column->role != role)
+            continue;
+        free(column->values);
+        column->values = NULL;
+        snprintf(column->reason, sizeof column->reason, "%s", reason);
+        return;
+    }
+}
+
 static struct bcd_note *next_note(struct bcd_table *table, const char *name)
 {
     assert(table->notes < BCD_NOTES_MAX);

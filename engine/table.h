@@ -20,6 +20,9 @@ enum bcd_status table_add_centres(struct bcd_table *table, const char *name, dou
 void table_add_absent(struct bcd_table *table, const char *name, enum bcd_role role,
                       const char *reason);
 
+/* Empties the first column of a role that was added before; nothing where there is none. */
+void table_make_absent(struct bcd_table *table, enum bcd_role role, const char *reason);
+
 void table_note_text(struct bcd_table *table, const char *name, const char *text);
 void table_note_number(struct bcd_table *table, const char *name, double number);
 
