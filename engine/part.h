@@ -79,6 +79,7 @@ struct pair_type {
     double (*range)(const void *par);   /* no force between gaps beyond */
     /* max |dF/dg| / kT over the distances that rods come to */
     double (*stiffness)(const void *par, const struct plan *plan);
+    bool athermal; /* its energies do not scale with kT: stiffness is max |dF/dg| itself */
     void (*theory)(const void *par, struct theory_pair *pair); /* NULL = no exact theory */
     /* out[i] += scale * F_i */
     void (*add_force)(const void *par, const struct ring *ring, double scale, double *out);

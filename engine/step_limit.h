@@ -27,7 +27,10 @@ static inline double curvature_rate(const struct plan *plan)
 
 static inline double stiffness_rate(const struct plan *plan)
 {
-    return plan->pair ? 2 * plan->diffusion * plan->pair->stiffness(plan->pair_par, plan) : 0;
+    if (!plan->pair)
+        return 0;
+    double unit = plan->pair->athermal ? plan->mobility : plan->diffusion;
+    return 2 * unit * plan->pair->stiffness(plan->pair_par, plan);
 }
 
 /* Without forces that vary in space, reflection is all there is to a step. */
