@@ -6,7 +6,11 @@
  *
  * SYNTAX  numbers, the variable, pi, e, + - * / ^ (right-associative, above unary minus), brackets,
  *         sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs min max (two arguments).
+ *         A negative base needs a constant whole exponent. Spaces are free between them.
  * BITS    elementary functions of kernels/elementary.h: the same on every machine.
+ *
+ * Not taken: libmatheval (unmaintained, libm's bits, a stack without bounds) and muparser (C++,
+ * libm's bits, no exact derivatives).
  */
 #ifndef KERNELS_FORMULA_H
 #define KERNELS_FORMULA_H
