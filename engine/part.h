@@ -76,6 +76,9 @@ struct ring {
 struct pair_type {
     struct part_type base;
     bool (*absent)(const void *par);    /* exerts no force: the scene leaves it out */
+    /* Acts at contact alone, as bonds that methods with `bonds` make and break: exerts no force to
+     * add. NULL = never. */
+    bool (*contact)(const void *par);
     double (*range)(const void *par);   /* no force between gaps beyond */
     /* max |dF/dg| / kT over the distances that rods come to */
     double (*stiffness)(const void *par, const struct plan *plan);
@@ -99,6 +102,8 @@ struct step_limit;
 
 struct method_type {
     struct bcd_part part;
+    const char *experimental; /* what is not yet understood of it, for results; NULL = nothing */
+    bool bonds;          /* rods that stick at contact alone */
     bool keeps_contacts; /* noise ends in exact contacts: too many of them, as sqrt(h) */
     double order; /* weak order in the time step at contacts: errors fall as h^order */
     double step_ns;    /* rough cost of one rod and step, for estimates and sampling intervals */

@@ -152,6 +152,9 @@ static const char *why_not(const struct method_type *method, const struct plan *
 {
     if (plan->asks_contact_forces && !method->contact_forces)
         return "has no clusters whose contact forces could be measured";
+    bool contact = plan->pair && plan->pair->contact && plan->pair->contact(plan->pair_par);
+    if (contact && !method->bonds)
+        return "knows no bonds: an interaction of range 0 needs \"strang_bonds\"";
     return method->cannot ? method->cannot(plan) : NULL;
 }
 

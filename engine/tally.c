@@ -129,6 +129,8 @@ static void add_remarks(struct bcd_table *table, const struct plan *plan)
     table_note_text(table, "stderr_from", blocks ? "blocks" : "realizations");
     table_note_number(table, blocks ? "blocks" : "realizations",
                       (double)(blocks ? plan->blocks : plan->realizations));
+    if (plan->method->experimental)
+        table_note_text(table, "experimental", plan->method->experimental);
 }
 
 /* One section of the observable's part of the tally. */
