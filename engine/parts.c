@@ -5,6 +5,9 @@
 extern const struct method_type method_strang;
 extern const struct method_type method_elastic;
 extern const struct method_type method_bcd;
+extern const struct method_type method_strating;
+extern const struct method_type method_tao;
+extern const struct method_type method_metropolis;
 
 extern const struct potential_type potential_cosine;
 
@@ -22,7 +25,8 @@ extern const struct observable_type observable_cluster_sizes;
 extern const struct observable_type observable_trajectory;
 
 const struct method_type *const method_types[] = {&method_strang, &method_elastic, &method_bcd,
-                                                 NULL};
+                                                 &method_strating, &method_tao,
+                                                 &method_metropolis, NULL};
 
 const struct potential_type *const potential_types[] = {&potential_cosine, NULL};
 
