@@ -5,6 +5,8 @@
 extern const struct method_type method_strang;
 extern const struct method_type method_elastic;
 extern const struct method_type method_bcd;
+extern const struct method_type method_bcd_chronological;
+extern const struct method_type method_bcd_premerging;
 extern const struct method_type method_strating;
 extern const struct method_type method_tao;
 extern const struct method_type method_metropolis;
@@ -14,6 +16,8 @@ extern const struct potential_type potential_cosine;
 extern const struct pair_type pair_sticky;
 extern const struct pair_type pair_yukawa;
 extern const struct pair_type pair_power;
+extern const struct pair_type pair_table;
+extern const struct pair_type pair_expression;
 
 extern const struct observable_type observable_density;
 extern const struct observable_type observable_contact_density;
@@ -26,11 +30,13 @@ extern const struct observable_type observable_trajectory;
 
 const struct method_type *const method_types[] = {&method_strang, &method_elastic, &method_bcd,
                                                  &method_strating, &method_tao,
-                                                 &method_metropolis, NULL};
+                                                 &method_metropolis, &method_bcd_chronological,
+                                                 &method_bcd_premerging, NULL};
 
 const struct potential_type *const potential_types[] = {&potential_cosine, NULL};
 
-const struct pair_type *const pair_types[] = {&pair_sticky, &pair_yukawa, &pair_power, NULL};
+const struct pair_type *const pair_types[] = {&pair_sticky, &pair_yukawa,     &pair_power,
+                                             &pair_table,  &pair_expression, NULL};
 
 const struct observable_type *const observable_types[] = {
     &observable_msd,     &observable_density,       &observable_contact_density,
