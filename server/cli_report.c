@@ -32,6 +32,33 @@ static const struct cli_command reports[] = {
          "  --jobs       runs nothing: prints all jobs, completed, as one JSON object\n"
          "  --quiet      no progress bar (there is none either unless stderr is a terminal)",
      .function = cli_report_figures},
+    {.name = "report work-precision",
+     .usage = "[--out DIR] [--json FILE] [--short | --full] [--scene NAME] [--method M] "
+              "[--budget S] [--quiet]",
+     .doc =
+         "measures error against run time of every method, on this machine\n"
+         "Scenes: sparse (sigma 0.5, rho 0.5), medium (0.8, 0.8), dense (0.95, 1), all with U0 = "
+         "6;\n"
+         "stiff (medium with U0 = 20); sticky (medium with gamma 1, range 0.05). Each method runs "
+         "with\n"
+         "several time steps, on one core; those that refuse a scene are left out, with their "
+         "words.\n"
+         "  cost     ns of one core per rod and unit of simulated time, sampling included\n"
+         "  energy   mean external energy per rod minus the exact one, kT\n"
+         "  L1       integral of |density - exact| over a period, relative; noise: the part of it "
+         "that\n"
+         "           error bars alone would give\n"
+         "  contact  mean contact density relative to the exact one, minus 1\n"
+         "  drift    drift velocity under a force relative to a reference run of strang with a\n"
+         "           quarter of its own step (there is no exact one), minus 1\n"
+         "Below: the order in h of each, with its standard error, and the cost at L1 = 0.005.\n"
+         "\n"
+         "  --out DIR    work-precision.json, .csv and .svg go there\n"
+         "  --json FILE  only the JSON\n"
+         "  --short      a tenth of the time: about a minute\n"
+         "  --full       ten times the time: more than an hour\n"
+         "  --budget S   core seconds for the averages of one entry instead (default: 1.5)",
+     .function = cli_report_work_precision},
     {0},
 };
 

@@ -1,0 +1,530 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * report_work_precision.c - see report_work_precision.h. For each scene: exact references once; a
+ * reference of the drift velocity; then for each method a ladder of time steps between half of the
+ * one it would choose itself and half of the largest one that is not refused.
+ *
+ * Each entry has the same budget of processor time, turned into simulated time by a short run
+ * before it. Realizations start from exact equilibrium and are given some time to forget it.
+ */
+#include "report_work_precision.h"
+#include "report_run.h"
+#include "text.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { REALIZATIONS = 24, PROBE_STEPS = 1000, DOUBLINGS_MAX = 40, STEPS_MIN = 64 };
+static const double ladder_least = 2, ladder_most = 4; /* ratio of neighbouring time steps */
+static const double drift_share = 0.5, reference_share = 2; /* of an entry's budget */
+static const double forget_time = 0.5, drift_forget_time = 5; /* in units of lambda^2 / D */
+static const double slow_factor = 20; /* over budget by this: the probe was misled */
+
+#define COSINE(u) "\"potential\":{\"type\":\"cosine\",\"amplitude\":" #u "}"
+#define MEDIUM "\"particles\":16,\"length\":20,\"diameter\":0.8,"
+
+/* f = 10 tilts wells of height 6. Under it rods leave wells of height 20 once in e^13 times: there
+ * it is a force that nearly levels them (pi U0 = 63). */
+static const struct work_precision_scene scenes[WORK_PRECISION_SCENES] = {
+    {"sparse", 16, "\"particles\":16,\"length\":32,\"diameter\":0.5," COSINE(6), 10},
+    {"medium", 16, MEDIUM COSINE(6), 10},
+    {"dense", 20, "\"particles\":20,\"length\":20,\"diameter\":0.95," COSINE(6), 10},
+    {"stiff", 16, MEDIUM COSINE(20), 60},
+    {"sticky", 16,
+     MEDIUM COSINE(6) ",\"interaction\":{\"type\":\"sticky\",\"strength\":1,\"range\":0.05,"
+                      "\"exponent\":3}",
+     10},
+};
+
+/* Exact profiles of the scene in work, on the measured bins. */
+struct exact {
+    double energy, contact;
+    double density[WORK_PRECISION_BINS];
+};
+
+/* One run that is asked for. */
+struct trial {
+    const char *method;
+    double time_step;   /* 0 = "auto" */
+    int64_t steps;      /* of each realization */
+    double equilibration;
+    int realizations;
+    bool drift; /* with the force, and the current alone; else the static averages */
+    bool drawn; /* from exact equilibrium */
+};
+
+static bool measure_scene(struct work_precision *report, struct work_precision_result *result,
+                          char *reason);
+static bool measure_method(struct work_precision *report, struct work_precision_result *result,
+                           const char *method, const struct exact *exact);
+
+const struct work_precision_scene *work_precision_scene(size_t index)
+{
+    return index < WORK_PRECISION_SCENES ? &scenes[index] : NULL;
+}
+
+const char *work_precision_kind_name(enum work_precision_kind kind)
+{
+    static const char *const names[] = {"energy_error", "density_l1", "contact_error",
+                                        "drift_error"};
+    return names[kind];
+}
+
+static bool wanted(const char *only, const char *name)
+{
+    return !only || strcmp(only, name) == 0;
+}
+
+bool work_precision_known(const struct work_precision_options *options)
+{
+    bool scene = false, method = false;
+    const char *name;
+    for (size_t i = 0; i < WORK_PRECISION_SCENES; i++)
+        scene = scene || wanted(options->scene, scenes[i].name);
+    for (size_t i = 0; (name = report_run_method(i)) != NULL; i++)
+        method = method || wanted(options->method, name);
+    return scene && method;
+}
+
+/* Methods times scenes that are asked for. */
+static size_t count_work(const struct work_precision_options *options)
+{
+    size_t methods = 0, wanted_scenes = 0;
+    const char *name;
+    for (size_t i = 0; (name = report_run_method(i)) != NULL; i++)
+        methods += wanted(options->method, name);
+    for (size_t i = 0; i < WORK_PRECISION_SCENES; i++)
+        wanted_scenes += wanted(options->scene, scenes[i].name);
+    return methods * wanted_scenes;
+}
+
+bool work_precision_measure(struct work_precision *report,
+                            const struct work_precision_options *options,
+                            char reason[WORK_PRECISION_REASON])
+{
+    *report = (struct work_precision){.options = *options};
+    report->share_step = 1 / fmax(1, (double)count_work(options));
+    reason[0] = '\0';
+    for (size_t i = 0; i < WORK_PRECISION_SCENES; i++) {
+        if (!wanted(options->scene, scenes[i].name))
+            continue;
+        report->result[i].scene = &scenes[i];
+        if (!measure_scene(report, &report->result[i], reason))
+            return false;
+    }
+    return true;
+}
+
+/* -------------------------------------------------------------------- jobs */
+
+/* Contacts are looked for in a gap of a hundredth; the automatic step would shrink to resolve it,
+ * which is the user's concern and not the method's: those jobs ask for the density alone. */
+static char *print_job(const struct work_precision_scene *scene, const struct trial *trial)
+{
+    struct text job = {0};
+    text_add(&job, "{%s,\"method\":\"%s\",\"realizations\":%d,\"initial\":\"%s\"", scene->members,
+             trial->method, trial->realizations, trial->drawn ? "equilibrium" : "uniform");
+    if (trial->time_step > 0) {
+        text_add(&job, ",\"time_step\":");
+        text_add_number(&job, trial->time_step);
+        text_add(&job, ",\"time\":");
+        text_add_number(&job, (double)trial->steps * trial->time_step);
+        text_add(&job, ",\"equilibration_time\":");
+        text_add_number(&job, trial->equilibration);
+    } else {
+        text_add(&job, ",\"time\":1000");
+    }
+    if (trial->drift) {
+        text_add(&job, ",\"force\":");
+        text_add_number(&job, scene->drift_force);
+        text_add(&job, ",\"observables\":{\"current\":{}}}");
+    } else if (trial->time_step > 0) {
+        text_add(&job,
+                 ",\"observables\":{\"density\":{\"bins\":%d},\"energy\":{},"
+                 "\"contact_density\":{\"bins\":1,\"gap\":0.01}}}",
+                 WORK_PRECISION_BINS);
+    } else {
+        text_add(&job, ",\"observables\":{\"density\":{\"bins\":%d}}}", WORK_PRECISION_BINS);
+    }
+    return text_take(&job);
+}
+
+static enum report_outcome run_trial(struct report_run *run,
+                                     const struct work_precision_scene *scene,
+                                     const struct trial *trial)
+{
+    char *job = print_job(scene, trial);
+    enum report_outcome outcome = report_run_job(run, job);
+    free(job);
+    return outcome;
+}
+
+/* Is it accepted? Else why not. *step = the time step it would run with. */
+static bool accepted(const struct work_precision_scene *scene, const struct trial *trial,
+                     double *step, char *reason)
+{
+    static const atomic_bool at_once = true; /* completed, but not run */
+    struct report_run run = {.stop = &at_once};
+    bool good = run_trial(&run, scene, trial) == REPORT_STOPPED;
+    if (good)
+        *step = report_run_fact(run.scene, "time_step");
+    else
+        snprintf(reason, WORK_PRECISION_REASON, "%s%s%s", run.error.field,
+                 run.error.field[0] ? ": " : "",
+                 run.error.text[0] ? run.error.text : bcd_status_text(run.error.code));
+    report_run_fini(&run);
+    return good;
+}
+
+/* Chooses the number of steps for a budget of one core's seconds after a short run, and then runs.
+ * The results stay with `run`. */
+static enum report_outcome run_for(struct report_run *run, const struct work_precision_scene *scene,
+                                   struct trial *trial, double core_seconds)
+{
+    struct trial probe = *trial;
+    struct report_run short_run = {.stop = run->stop};
+    probe.steps = PROBE_STEPS;
+    probe.realizations = 1;
+    probe.drawn = false;
+    probe.equilibration = 0;
+    enum report_outcome outcome = run_trial(&short_run, scene, &probe);
+    double step_ns = short_run.core_ns / PROBE_STEPS;
+    if (outcome != REPORT_DONE)
+        run->error = short_run.error;
+    report_run_fini(&short_run);
+    if (outcome != REPORT_DONE)
+        return outcome;
+    double steps = 1e9 * core_seconds / (fmax(step_ns, 1) * trial->realizations);
+    steps = fmin(fmax(steps, STEPS_MIN), 1e12);
+    double forget = trial->drift ? drift_forget_time : forget_time;
+    double most = (trial->drift ? 0.3 : 0.1) * steps;
+    double equilibration = floor(fmin(most, forget / trial->time_step));
+    trial->steps = (int64_t)(steps - equilibration);
+    trial->equilibration = equilibration * trial->time_step;
+    run->core_seconds_max = slow_factor * core_seconds + 1;
+    return run_trial(run, scene, trial);
+}
+
+/* ---------------------------------------------------------- what comes out */
+
+static double scalar(const struct bcd_table *table, enum bcd_role role)
+{
+    const struct bcd_column *column = table ? bcd_table_column(table, role) : NULL;
+    return column && column->values && table->rows > 0 ? column->values[0] : NAN;
+}
+
+/* Bins are equally wide: sums stand for integrals. Error bars of bins add up as if they were
+ * independent. The L1 of mere noise of standard deviation s is sqrt(2/pi) s a bin. */
+static void judge_density(const struct bcd_table *table, const double *exact,
+                          struct work_precision_entry *entry)
+{
+    struct work_precision_value *l1 = &entry->value[WORK_PRECISION_DENSITY];
+    const struct bcd_column *value = table ? bcd_table_column(table, BCD_ROLE_VALUE) : NULL;
+    const struct bcd_column *bar = table ? bcd_table_column(table, BCD_ROLE_STDERR) : NULL;
+    double off = 0, all = 0, noise = 0, variance = 0;
+    if (!value || !value->values || !bar || !bar->values || table->rows != WORK_PRECISION_BINS)
+        return;
+    for (size_t i = 0; i < table->rows; i++) {
+        off += fabs(value->values[i] - exact[i]);
+        all += exact[i];
+        noise += sqrt(2 / M_PI) * bar->values[i];
+        variance += bar->values[i] * bar->values[i];
+    }
+    *l1 = (struct work_precision_value){off / all, sqrt(variance) / all};
+    entry->density_noise = noise / all;
+}
+
+static void judge_static(const struct report_run *run, const struct exact *exact,
+                         struct work_precision_entry *entry)
+{
+    struct bcd_table *energy = report_run_table(run, NULL, "energy");
+    struct bcd_table *density = report_run_table(run, NULL, "density");
+    struct bcd_table *contact = report_run_table(run, NULL, "contact_density");
+    entry->value[WORK_PRECISION_ENERGY] = (struct work_precision_value){
+        scalar(energy, BCD_ROLE_VALUE) - exact->energy, scalar(energy, BCD_ROLE_STDERR)};
+    entry->value[WORK_PRECISION_CONTACT] = (struct work_precision_value){
+        scalar(contact, BCD_ROLE_VALUE) / exact->contact - 1,
+        scalar(contact, BCD_ROLE_STDERR) / exact->contact};
+    judge_density(density, exact->density, entry);
+    bcd_table_free(energy);
+    bcd_table_free(density);
+    bcd_table_free(contact);
+}
+
+/* Velocity from the current J = rho <v>. */
+static struct work_precision_value velocity(const struct report_run *run)
+{
+    struct bcd_table *table = report_run_table(run, NULL, "current");
+    double density = report_run_fact(run->scene, "density");
+    struct work_precision_value v = {scalar(table, BCD_ROLE_VALUE) / density,
+                                     scalar(table, BCD_ROLE_STDERR) / density};
+    bcd_table_free(table);
+    return v;
+}
+
+static bool copy_theory(const struct bcd_theory *theory, const struct bcd_scene *scene,
+                        const char *observable, double *values, size_t count)
+{
+    struct bcd_table *table = NULL;
+    int index = report_run_observable(scene, observable);
+    bool good = index >= 0 && bcd_theory_table(theory, scene, (size_t)index, &table) == BCD_OK;
+    const struct bcd_column *exact = good ? bcd_table_column(table, BCD_ROLE_THEORY) : NULL;
+    good = exact && exact->values && table->rows == count;
+    if (good)
+        memcpy(values, exact->values, count * sizeof *values);
+    bcd_table_free(table);
+    return good;
+}
+
+static bool find_exact(const struct work_precision_scene *row, struct exact *exact)
+{
+    static const atomic_bool at_once = true;
+    struct trial trial = {.method = "auto", .time_step = 1e-6, .steps = 1000, .realizations = 1};
+    struct report_run run = {.stop = &at_once};
+    struct bcd_theory *theory = NULL;
+    bool good = run_trial(&run, row, &trial) == REPORT_STOPPED &&
+                bcd_theory_create(&theory, run.scene, BCD_THEORY_RING) == BCD_OK &&
+                copy_theory(theory, run.scene, "energy", &exact->energy, 1) &&
+                copy_theory(theory, run.scene, "contact_density", &exact->contact, 1) &&
+                copy_theory(theory, run.scene, "density", exact->density, WORK_PRECISION_BINS);
+    bcd_theory_free(theory);
+    report_run_fini(&run);
+    return good;
+}
+
+/* --------------------------------------------------------------- one scene */
+
+static bool stopped(const struct work_precision *report)
+{
+    return report->options.stop && atomic_load(report->options.stop);
+}
+
+/* There is no exact drift velocity of more than one rod: strang with a quarter of its own step. */
+static bool measure_reference(const struct work_precision *report,
+                              struct work_precision_result *result)
+{
+    struct trial trial = {.method = "strang", .realizations = REALIZATIONS, .drift = true};
+    struct report_run run = {.stop = report->options.stop};
+    double step = NAN;
+    result->reference.velocity = result->reference.stderror = NAN;
+    if (!accepted(result->scene, &trial, &step, result->reference.reason))
+        return true;
+    trial.time_step = result->reference.time_step = step / 4;
+    enum report_outcome outcome =
+        run_for(&run, result->scene, &trial, reference_share * report->options.core_seconds);
+    if (outcome == REPORT_DONE) {
+        struct work_precision_value v = velocity(&run);
+        result->reference.velocity = v.error;
+        result->reference.stderror = v.stderror;
+    } else {
+        snprintf(result->reference.reason, WORK_PRECISION_REASON, "%s", run.error.text);
+    }
+    report_run_fini(&run);
+    return outcome != REPORT_STOPPED;
+}
+
+static bool measure_scene(struct work_precision *report, struct work_precision_result *result,
+                          char *reason)
+{
+    struct exact exact;
+    const char *method;
+    if (!find_exact(result->scene, &exact)) {
+        snprintf(reason, WORK_PRECISION_REASON, "no exact reference for the scene \"%s\"",
+                 result->scene->name);
+        return false;
+    }
+    result->energy = exact.energy;
+    result->contact = exact.contact;
+    if (!measure_reference(report, result))
+        return false;
+    for (size_t i = 0; (method = report_run_method(i)) != NULL; i++) {
+        if (!wanted(report->options.method, method))
+            continue;
+        if (!measure_method(report, result, method, &exact))
+            return false;
+        report->share += report->share_step;
+        if (report->options.progress)
+            report->options.progress(report->options.context, fmin(report->share, 1));
+    }
+    return true;
+}
+
+/* -------------------------------------------------------------- one method */
+
+/* Time steps from coarse to fine; their number. "auto" is run with its own step alone. */
+static int make_ladder(const struct work_precision *report,
+                       const struct work_precision_result *result, const char *method,
+                       double *ladder, char *reason)
+{
+    struct trial trial = {.method = method, .realizations = 1};
+    char ignored[WORK_PRECISION_REASON];
+    double own, step, largest;
+    if (!accepted(result->scene, &trial, &own, reason))
+        return 0;
+    ladder[0] = own;
+    if (strcmp(method, "auto") == 0)
+        return 1;
+    largest = own;
+    trial.steps = PROBE_STEPS;
+    for (int i = 0; i < DOUBLINGS_MAX; i++) {
+        trial.time_step = 2 * largest;
+        if (!accepted(result->scene, &trial, &step, ignored))
+            break;
+        largest = trial.time_step;
+    }
+    int count = report->options.levels;
+    double top = fmax(own, largest / 2), bottom = own / 2;
+    double ratio = pow(top / bottom, 1.0 / (count - 1));
+    ratio = fmin(fmax(ratio, ladder_least), ladder_most);
+    for (int i = 0; i < count; i++)
+        ladder[i] = top / pow(ratio, i);
+    return count;
+}
+
+static bool measure_drift(const struct work_precision *report,
+                          const struct work_precision_result *result,
+                          struct work_precision_entry *entry)
+{
+    struct trial trial = {.method = entry->method, .time_step = entry->time_step,
+                          .realizations = REALIZATIONS, .drift = true};
+    struct report_run run = {.stop = report->options.stop};
+    double reference = result->reference.velocity;
+    if (result->reference.reason[0]) {
+        snprintf(entry->drift_reason, WORK_PRECISION_REASON, "no reference: %.360s",
+                 result->reference.reason);
+        return true;
+    }
+    enum report_outcome outcome =
+        run_for(&run, result->scene, &trial, drift_share * report->options.core_seconds);
+    if (outcome == REPORT_DONE) {
+        struct work_precision_value v = velocity(&run);
+        entry->value[WORK_PRECISION_DRIFT] = (struct work_precision_value){
+            v.error / reference - 1,
+            hypot(v.stderror, result->reference.stderror * v.error / reference) /
+                fabs(reference)};
+        entry->drift_time = (double)trial.steps * trial.time_step * trial.realizations;
+    } else {
+        snprintf(entry->drift_reason, WORK_PRECISION_REASON, "%s", run.error.text);
+    }
+    report_run_fini(&run);
+    return outcome != REPORT_STOPPED;
+}
+
+/* One time step of one method; false = stopped. A run that fails keeps its NaNs. */
+static bool measure_entry(const struct work_precision *report,
+                          const struct work_precision_result *result, const struct exact *exact,
+                          struct work_precision_entry *entry)
+{
+    struct trial trial = {.method = entry->method, .time_step = entry->time_step,
+                          .realizations = REALIZATIONS, .drawn = true};
+    struct report_run run = {.stop = report->options.stop};
+    enum report_outcome outcome =
+        run_for(&run, result->scene, &trial, report->options.core_seconds);
+    entry->cost = NAN;
+    entry->density_noise = NAN;
+    for (int k = 0; k < WORK_PRECISION_KINDS; k++)
+        entry->value[k] = (struct work_precision_value){NAN, NAN};
+    if (outcome == REPORT_DONE) {
+        double time = (double)trial.steps * trial.time_step;
+        entry->time = time * trial.realizations;
+        entry->cost = run.core_ns / ((time + trial.equilibration) * trial.realizations *
+                                     result->scene->particles);
+        judge_static(&run, exact, entry);
+    } else {
+        snprintf(entry->reason, WORK_PRECISION_REASON, "%s", run.error.text);
+    }
+    report_run_fini(&run);
+    return outcome != REPORT_STOPPED && !stopped(report) && measure_drift(report, result, entry);
+}
+
+/* The density's L1 without what noise adds to it, and an error bar that calls it lost in the noise
+ * when it is below that. */
+static struct report_point density_point(const struct work_precision_entry *entry)
+{
+    double l1 = entry->value[WORK_PRECISION_DENSITY].error, noise = entry->density_noise;
+    return (struct report_point){entry->time_step, sqrt(fmax(l1 * l1 - noise * noise, 0)),
+                                 noise / 2};
+}
+
+/* The cheapest entry that is within the tolerance, its noise included; NaN = none. */
+static double cheapest_within(const struct work_precision_entry *entries, size_t count)
+{
+    double cost = NAN;
+    for (size_t i = 0; i < count; i++) {
+        struct report_point point = density_point(&entries[i]);
+        if (point.error + 2 * point.stderror <= WORK_PRECISION_TOLERANCE &&
+            !(entries[i].cost >= cost))
+            cost = entries[i].cost;
+    }
+    return cost;
+}
+
+/* Along the fitted law, never to a coarser step than was run. cost * step hardly depends on the
+ * step: its mean serves for all. */
+static void find_cost(struct work_precision_method *method,
+                      const struct work_precision_entry *entries)
+{
+    const struct report_fit *fit = &method->fit[WORK_PRECISION_DENSITY];
+    double coarse = 0, fine = INFINITY, sum = 0;
+    size_t timed = 0;
+    method->cost_at_tolerance = cheapest_within(entries, method->count);
+    method->how = "measured";
+    if (!(fit->order > 2 * fit->order_stderror)) {
+        if (isnan(method->cost_at_tolerance))
+            method->how = fit->points < 2
+                              ? "errors are within the noise, and the noise above the tolerance"
+                              : "the error does not fall with the time step";
+        return;
+    }
+    for (size_t i = 0; i < method->count; i++) {
+        if (!isfinite(entries[i].cost))
+            continue;
+        coarse = fmax(coarse, entries[i].time_step);
+        fine = fmin(fine, entries[i].time_step);
+        sum += entries[i].cost * entries[i].time_step;
+        timed++;
+    }
+    double step = pow(WORK_PRECISION_TOLERANCE / fit->factor, 1 / fit->order);
+    method->how = step < fine ? "extrapolated" : step > coarse ? "measured" : "interpolated";
+    method->cost_at_tolerance = sum / (double)timed / fmin(step, coarse);
+}
+
+static void fit_method(struct work_precision_method *method,
+                       const struct work_precision_entry *entries)
+{
+    struct report_point points[WORK_PRECISION_LEVELS_MAX];
+    for (int k = 0; k < WORK_PRECISION_KINDS; k++) {
+        for (size_t i = 0; i < method->count; i++)
+            points[i] = k == WORK_PRECISION_DENSITY
+                            ? density_point(&entries[i])
+                            : (struct report_point){entries[i].time_step,
+                                                    entries[i].value[k].error,
+                                                    entries[i].value[k].stderror};
+        method->fit[k] = report_fit_power(points, method->count);
+    }
+    find_cost(method, entries);
+}
+
+static bool measure_method(struct work_precision *report, struct work_precision_result *result,
+                           const char *name, const struct exact *exact)
+{
+    double ladder[WORK_PRECISION_LEVELS_MAX];
+    if (result->method_count == WORK_PRECISION_METHODS_MAX)
+        return true;
+    struct work_precision_method *method = &result->method[result->method_count++];
+    *method = (struct work_precision_method){.name = name, .first = result->entry_count};
+    int count = make_ladder(report, result, name, ladder, method->refused);
+    if (stopped(report))
+        return false;
+    for (int i = 0; i < count; i++) {
+        struct work_precision_entry *entry = &result->entry[result->entry_count++];
+        *entry = (struct work_precision_entry){.method = name, .time_step = ladder[i]};
+        method->count++;
+        if (!measure_entry(report, result, exact, entry))
+            return false;
+    }
+    fit_method(method, &result->entry[method->first]);
+    return true;
+}
