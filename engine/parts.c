@@ -3,6 +3,7 @@
 #include "parts.h"
 
 extern const struct method_type method_strang;
+extern const struct method_type method_strang_bonds;
 extern const struct method_type method_elastic;
 extern const struct method_type method_bcd;
 extern const struct method_type method_bcd_chronological;
@@ -12,6 +13,9 @@ extern const struct method_type method_tao;
 extern const struct method_type method_metropolis;
 
 extern const struct potential_type potential_cosine;
+extern const struct potential_type potential_fourier;
+extern const struct potential_type potential_table;
+extern const struct potential_type potential_expression;
 
 extern const struct pair_type pair_sticky;
 extern const struct pair_type pair_yukawa;
@@ -26,14 +30,16 @@ extern const struct observable_type observable_pair_distribution;
 extern const struct observable_type observable_energy;
 extern const struct observable_type observable_current;
 extern const struct observable_type observable_cluster_sizes;
+extern const struct observable_type observable_contact_force;
 extern const struct observable_type observable_trajectory;
 
-const struct method_type *const method_types[] = {&method_strang, &method_elastic, &method_bcd,
+const struct method_type *const method_types[] = {&method_strang, &method_strang_bonds, &method_elastic, &method_bcd,
                                                  &method_strating, &method_tao,
                                                  &method_metropolis, &method_bcd_chronological,
                                                  &method_bcd_premerging, NULL};
 
-const struct potential_type *const potential_types[] = {&potential_cosine, NULL};
+const struct potential_type *const potential_types[] = {
+    &potential_cosine, &potential_fourier, &potential_table, &potential_expression, NULL};
 
 const struct pair_type *const pair_types[] = {&pair_sticky, &pair_yukawa,     &pair_power,
                                              &pair_table,  &pair_expression, NULL};
@@ -43,5 +49,6 @@ const struct observable_type *const observable_types[] = {
     &observable_pair_distribution,
     &observable_energy,  &observable_current,       &observable_cluster_sizes,
     &observable_trajectory,
+    &observable_contact_force,
     NULL,
 };
