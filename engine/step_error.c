@@ -14,7 +14,8 @@ enum step_error step_error_of(const struct observable_type *type, const struct p
         return STEP_ERROR_NONE;
     if (method->exact && method->exact(plan, type->dynamic))
         return STEP_ERROR_ZERO;
-    if (method->view && type->sample_ns && !type->one_view)
+    /* Interactions are stiff where they are strong: both views may miss on the same side. */
+    if (method->view && type->sample_ns && !type->one_view && !plan->pair)
         return STEP_ERROR_VIEWS;
     return STEP_ERROR_PAIR;
 }

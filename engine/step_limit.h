@@ -4,8 +4,7 @@
 #define STEP_LIMIT_H
 
 #include "part.h"
-
-#include <math.h>
+#include "kernels/elementary.h"
 
 struct step_limit {
     double step;
@@ -43,7 +42,7 @@ static inline bool moves_freely(const struct plan *plan)
  * order in the step. */
 static inline double tolerance_share(const struct plan *plan, double order)
 {
-    return pow(plan->tolerance / 0.005, 1 / order);
+    return power(plan->tolerance / 0.005, 1 / order);
 }
 
 /* The two limits all methods have, as shares of the times above. */

@@ -18,10 +18,10 @@ void bcd_step_layout(struct bcd_step *step, const struct plan *plan, bool start,
 
 struct step_limit bcd_time_step(const struct plan *plan)
 {
-    const double tolerance = 0.005, gap_share = 0.25;
+    const double gap_share = 0.25;
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, 0.018, 0.1);
-    double gap = plan->free_length / (double)plan->particles, reach = tolerance * gap / gap_share;
+    step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
+    double gap = plan->free_length / (double)plan->particles, reach = plan->tolerance * gap / gap_share;
     if (plan->particles > 1 && plan->diffusion > 0 && gap > 0)
         step_limit(&limit, reach * reach / (4 * plan->diffusion), "mean gap between rods");
     return limit;
