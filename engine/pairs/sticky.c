@@ -4,6 +4,7 @@
  * doi 10.1103/PhysRevE.106.054606, Eqs. 31-32. The Boltzmann factor of a gap g < eps is
  *     exp(-V/kT) = 1 + gamma (p + 1) (eps - g)^p / eps^(p+1),
  * whose excess over 1 integrates to gamma; eps -> 0 is Baxter's contact. V scales with kT.
+ * eps = 0 is that contact itself: no force, but bonds, for methods that know them.
  */
 #include "part.h"
 #include "kernels/elementary.h"
@@ -27,18 +28,17 @@ static const struct bcd_param sticky_params[] = {
     {.name = "range",
      .type = BCD_PARAM_NUMBER,
      .required = true,
-     .above_min = true,
      .unit = "length",
      .min = 0,
      .max = 1e12,
-     .doc = "eps, gap at which the attraction ends",
+     .doc = "eps, gap at which the attraction ends; 0 = contact alone, gamma delta(gap)",
      .offset = offsetof(struct sticky_par, range)},
     {.name = "exponent",
      .type = BCD_PARAM_NUMBER,
      .min = 1,
      .max = 100,
      .fallback = 3,
-     .doc = "p, how steeply the attraction sets in",
+     .doc = "p, how steeply the attraction sets in; of no effect at contact alone",
      .offset = offsetof(struct sticky_par, exponent)},
     {0},
 };
@@ -53,6 +53,11 @@ static void sticky_complete(struct bcd_group *group, const struct plan *plan,
 static bool sticky_absent(const void *par)
 {
     return ((const struct sticky_par *)par)->strength == 0;
+}
+
+static bool sticky_contact(const void *par)
+{
+    return ((const struct sticky_par *)par)->range == 0;
 }
 
 static double sticky_range(const void *par)
@@ -115,6 +120,8 @@ static double sticky_stiffness(const void *par, const struct plan *plan)
     (void)plan;
     enum { POINTS = 4096 };
     const struct sticky_par *p = par;
+    if (p->range == 0)
+        return 0;
     double most = 0, before = attraction(p, 0);
     for (int i = 1; i <= POINTS; i++) {
         double now = attraction(p, p->range * i / POINTS);
@@ -129,7 +136,7 @@ static double sticky_stiffness(const void *par, const struct plan *plan)
 static void sticky_theory(const void *par, struct theory_pair *pair)
 {
     const struct sticky_par *p = par;
-    *pair = (struct theory_pair){.kind = THEORY_STICKY,
+    *pair = (struct theory_pair){.kind = p->range > 0 ? THEORY_STICKY : THEORY_BAXTER,
                                  .strength = p->strength,
                                  .range = p->range,
                                  .exponent = p->exponent};
@@ -142,6 +149,7 @@ const struct pair_type pair_sticky = {
              .par_size = sizeof(struct sticky_par),
              .complete = sticky_complete},
     .absent = sticky_absent,
+    .contact = sticky_contact,
     .range = sticky_range,
     .stiffness = sticky_stiffness,
     .theory = sticky_theory,

@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * strang_bonds - drift and noise in turns for rods that stick at contact alone.
+ */
+#include "part.h"
+#include "noise.h"
+#include "resolve.h"
+#include "step_limit.h"
+#include "kernels/bonds.h"
+
+#include <math.h>
+#include <string.h>
+
+struct bonds_work {
+    struct noise noise, view_noise;
+    struct isotonic_block *blocks;
+    struct bond_space space;
+    double *middle, *back, *drift, *velocity, *view; /* [N] each */
+    unsigned char *bonded;                           /* [N], kept */
+    unsigned char *view_bonded;                      /* [N] */
+};
+
+/* Rods and bonds that a step works on: the run's own, or a view's. */
+struct bonds_state {
+    double *y;
+    unsigned char *bonded;
+};
+
+static const char *bonds_cannot(const struct plan *plan)
+{
+    if (plan->walls)
+        return "knows no walls yet";
+    bool contact = plan->pair && plan->pair->contact && plan->pair->contact(plan->pair_par);
+    return plan->pair && !contact ? "is for interactions at contact alone: use \"strang\"" : NULL;
+}
+
+static struct step_limit bonds_time_step(const struct plan *plan)
+{
+    struct step_limit limit = {INFINITY, "nothing"};
+    step_limit_rates(&limit, plan, 0.2, 0.3);
+    return limit;
+}
+
+static double *take_rods(const struct sim *sim, struct arena *scratch)
+{
+    return arena_take(scratch, (size_t)sim->plan->particles * sizeof(double));
+}
+
+static void bonds_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
+{
+    struct bonds_work work, *own = arena_take(scratch, sizeof *own);
+    const int64_t n = sim->plan->particles;
+    const size_t rods = (size_t)n;
+    noise_layout(&work.noise, n, scratch);
+    noise_layout(&work.view_noise, n, scratch);
+    work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
+    work.space.clusters = arena_take(scratch, rods * sizeof *work.space.clusters);
+    work.space.due = take_rods(sim, scratch);
+    work.space.heap = arena_take(scratch, (rods + 1) * sizeof *work.space.heap);
+    work.space.queued = arena_take(scratch, rods * sizeof *work.space.queued);
+    work.middle = take_rods(sim, scratch);
+    work.back = take_rods(sim, scratch);
+    work.drift = take_rods(sim, scratch);
+    work.velocity = take_rods(sim, scratch);
+    work.view = take_rods(sim, scratch);
+    work.bonded = arena_take(kept, rods);
+    work.view_bonded = arena_take(scratch, rods);
+    if (own)
+        *own = work;
+    sim->work = own;
+}
+
+/* Contacts of an equilibrium draw are bonds; other starts have none. */
+static void bonds_begin(struct sim *sim)
+{
+    const struct plan *plan = sim->plan;
+    struct bonds_work *work = sim->work;
+    const int64_t n = plan->particles;
+    memset(work->bonded, 0, (size_t)n);
+    memset(work->space.queued, 0, (size_t)n * sizeof *work->space.queued);
+    if (!plan->pair || plan->initial != INITIAL_EQUILIBRIUM)
+        return;
+    for (int64_t i = 0; i + 1 < n; i++)
+        work->bonded[i] = sim->y[i] == sim->y[i + 1];
+    work->bonded[n - 1] = sim->y[n - 1] == sim->y[0] + plan->free_length;
+}
+
+static struct bond_ring ring_of(const struct plan *plan, const struct bonds_state *state)
+{
+    return (struct bond_ring){plan->particles, plan->free_length, state->y, state->bonded};
+}
+
+/* ------------------------------------------------------------------- drift */
+
+static void flow_exact(const struct plan *plan, double at, double time, double *y)
+{
+    const double half = plan->mobility * plan->force * time / 2;
+    if (half != 0)
+        for (int64_t i = 0; i < plan->particles; i++)
+            y[i] += half;
+    if (plan->field)
+        plan->potential->flow(plan->potential_par, plan, at, time, y);
+    if (half != 0)
+        for (int64_t i = 0; i < plan->particles; i++)
+            y[i] += half;
+}
+
+/* work->drift = what single rods would do. */
+static void drift_exact(const struct sim *sim, double time, const struct bonds_state *state)
+{
+    const struct plan *plan = sim->plan;
+    struct bonds_work *work = sim->work;
+    const size_t bytes = (size_t)plan->particles * sizeof *state->y;
+    const double at = sim_time(sim) + time / 2;
+    const struct bond_ring ring = ring_of(plan, &(struct bonds_state){work->middle, state->bonded});
+    if (!memchr(state->bonded, 1, (size_t)plan->particles)) {
+        memcpy(work->drift, state->y, bytes);
+        flow_exact(plan, at, time, state->y);
+        for (int64_t i = 0; i < plan->particles; i++)
+            work->drift[i] = state->y[i] - work->drift[i];
+        return;
+    }
+    memcpy(work->middle, state->y, bytes);
+    flow_exact(plan, at, time / 2, work->middle);
+    bonds_average(&ring);
+    memcpy(work->back, work->middle, bytes);
+    flow_exact(plan, at, time / 2, work->middle);
+    flow_exact(plan, at, -time / 2, work->back);
+    for (int64_t i = 0; i < plan->particles; i++) {
+        work->drift[i] = work->middle[i] - work->back[i];
+        state->y[i] += work->drift[i];
+    }
+}
+
+static void add_forces(const struct sim *sim, const double *y, double scale, double *out)
+{
+    const struct plan *plan = sim->plan;
+    struct rods rods = {y, plan->particles, plan->diameter, sim_time(sim)};
+    plan->potential->add_force(plan->potential_par, &rods, scale, out);
+    if (plan->force != 0)
+        for (int64_t i = 0; i < plan->particles; i++)
+            out[i] += scale * plan->force;
+}
+
+/* Explicit midpoint, order 2, for potentials without a known flow. */
+static void drift_midpoint(const struct sim *sim, double time, const struct bonds_state *state)
+{
+    const struct plan *plan = sim->plan;
+    struct bonds_work *work = sim->work;
+    const size_t bytes = (size_t)plan->particles * sizeof *state->y;
+    const struct bond_ring ring = ring_of(plan, &(struct bonds_state){work->middle, state->bonded});
+    memcpy(work->middle, state->y, bytes);
+    add_forces(sim, state->y, plan->mobility * time / 2, work->middle);
+    if (plan->free_length > 0)
+        bonds_average(&ring);
+    resolve_sticking(plan, work->middle, work->blocks);
+    memset(work->drift, 0, bytes);
+    add_forces(sim, work->middle, plan->mobility * time, work->drift);
+    for (int64_t i = 0; i < plan->particles; i++)
+        state->y[i] += work->drift[i];
+}
+
+/* The constrained deterministic flow over `time`; work->drift = what single rods would do. */
+static void drift(const struct sim *sim, double time, const struct bonds_state *state)
+{
+    const struct plan *plan = sim->plan;
+    struct bonds_work *work = sim->work;
+    if (plan->field && !plan->potential->flow)
+        drift_midpoint(sim, time, state);
+    else if (plan->field || plan->force != 0)
+        drift_exact(sim, time, state);
+    else
+        return;
+    const struct bond_ring ring = ring_of(plan, state);
+    if (plan->free_length > 0)
+        bonds_average(&ring);
+    resolve_sticking(plan, state->y, work->blocks);
+}
+
+/* ------------------------------------------------------------------- noise */
+
+/* Noise of `share` of a step's variance, of the tick that begins; drawn as `streams` says. */
+struct bonds_draw {
+    double share;
+    struct noise *noise;
+    uint8_t steps, bonds;
+};
+
+static void diffuse(const struct sim *sim, const struct bonds_draw *draw,
+                    const struct bonds_state *state)
+{
+    const struct plan *plan = sim->plan;
+    struct bonds_work *work = sim->work;
+    const double deviation = sqrt(draw->share * 2 * plan->diffusion * plan->time_step);
+    struct noise_key key = sim->noise;
+    if (!(deviation > 0))
+        return;
+    key.stream = draw->steps;
+    if (!plan->pair || !(plan->free_length > 0)) {
+        noise_add(draw->noise, &key, sim->clock->tick, deviation, state->y);
+        resolve_reflecting(plan, state->y, work->velocity);
+        return;
+    }
+    memset(work->velocity, 0, (size_t)plan->particles * sizeof *work->velocity);
+    noise_add(draw->noise, &key, sim->clock->tick, deviation, work->velocity);
+    struct theory_pair pair;
+    plan->pair->theory(plan->pair_par, &pair);
+    struct bond_noise noise = {.strength = pair.strength,
+                               .deviation = deviation,
+                               .velocity = work->velocity,
+                               .drift = plan->field ? work->drift : NULL,
+                               .key = sim->noise,
+                               .tick = sim->clock->tick};
+    noise.key.stream = draw->bonds;
+    const struct bond_ring ring = ring_of(plan, state);
+    bonds_move(&ring, &noise, &work->space);
+    resolve_sticking(plan, state->y, work->blocks); /* rounding */
+}
+
+static void bonds_advance(struct sim *sim, int64_t ticks)
+{
+    struct bonds_work *work = sim->work;
+    const struct bonds_state state = {sim->y, work->bonded};
+    const struct bonds_draw draw = {1, &work->noise, STREAM_STEPS, STREAM_BONDS};
+    for (int64_t t = 0; t < ticks; t++) {
+        drift(sim, sim->plan->time_step, &state);
+        diffuse(sim, &draw, &state);
+        sim->clock->tick++;
+    }
+}
+
+/* As strang's views: half a drift further, or a whole drift and noise of half the variance. */
+static const double *bonds_view(struct sim *sim, enum view view)
+{
+    const struct plan *plan = sim->plan;
+    struct bonds_work *work = sim->work;
+    const struct bonds_state state = {work->view, work->view_bonded};
+    memcpy(state.y, sim->y, (size_t)plan->particles * sizeof *state.y);
+    memcpy(state.bonded, work->bonded, (size_t)plan->particles);
+    if (view == VIEW_MID_DRIFT) {
+        drift(sim, plan->time_step / 2, &state);
+        return state.y;
+    }
+    const struct bonds_draw draw = {0.5, &work->view_noise, STREAM_VIEW, STREAM_VIEW_BONDS};
+    drift(sim, plan->time_step, &state);
+    diffuse(sim, &draw, &state);
+    return state.y;
+}
+
+const struct method_type method_strang_bonds = {
+    .part = {.name = "strang_bonds",
+             .doc = "experimental: as strang, for rods that stick at contact alone"},
+    .experimental = "sticky rods without a range: the error of the time step is not understood",
+    .bonds = true,
+    .order = 1,
+    .step_ns = 60,
+    .cannot = bonds_cannot,
+    .time_step = bonds_time_step,
+    .layout = bonds_layout,
+    .begin = bonds_begin,
+    .advance = bonds_advance,
+    .view = bonds_view,
+};
