@@ -10,9 +10,10 @@
 static const double rare = 20;        /* kT: an energy of weight 2e-9 */
 static const double deepest = 500;    /* kT: attraction whose weight is still a number */
 static const double energy_max = 1e9; /* of attraction, whatever the temperature */
+static const double overlap = 1e150;
 enum { BLOCK = 256, SCAN = 4096, ORDERS_MAX = 100000 };
 
-/* The energy unit above, also without noise. */
+/* The lowest energy that is accepted. */
 static double bottom(const struct plan *plan)
 {
     return -(plan->temperature > 0 ? fmin(deepest * plan->temperature, energy_max) : energy_max);
@@ -184,7 +185,8 @@ double central_energy(const void *par, double distance, double temperature)
         return 0;
     if (distance < c->nearest)
         return c->nearest_energy + c->nearest_force * (c->nearest - distance);
-    return energy_at(c, par, distance);
+    double energy = energy_at(c, par, distance);
+    return isfinite(energy) ? energy : overlap; /* a pole that the scan of checks did not meet */
 }
 
 static double energy_for_theory(const void *par, double distance)

@@ -117,4 +117,5 @@ const struct pair_type pair_power = {
     .stiffness = central_stiffness,
     .theory = central_theory,
     .add_force = central_add_force,
+    .energy = central_energy,
 };

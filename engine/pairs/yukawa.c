@@ -86,4 +86,5 @@ const struct pair_type pair_yukawa = {
     .stiffness = central_stiffness,
     .theory = central_theory,
     .add_force = central_add_force,
+    .energy = central_energy,
 };
