@@ -339,6 +339,40 @@ enum bcd_status bcd_table_load(struct bcd_table **table, const void *bytes, size
  * y[n] for `ticks` steps, nothing resolved. Benchmarks give step costs as ratios to it. */
 void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks);
 
+/* Hand-written loops of one reduced scene each: noise, the forces that the scene has, the method's
+ * resolver, and nothing else. Benchmarks compare whole runs with them, in time and memory; the
+ * positions are the same to the last bit.
+ *
+ * All have rods of length 1/2 on a ring of length 2 n, from a lattice, seed 1; the field is a cosine
+ * of amplitude 6, the drag 1, the attraction sticky (1, range .05, exponent 3), the density one of
+ * 50 bins, looked at every 20 steps. A step is 1e-4 long, 1e-5 with attraction. */
+enum bcd_baseline_features {
+    BCD_BASELINE_FIELD = 1,
+    BCD_BASELINE_DRAG = 2,
+    BCD_BASELINE_STICKY = 4,
+    BCD_BASELINE_DENSITY = 8,
+};
+enum bcd_baseline_method { BCD_BASELINE_BCD, BCD_BASELINE_STRANG };
+struct bcd_baseline;
+
+/* Which scenes there are: features of the index-th, and its name; NULL past the last. */
+const char *bcd_baseline_name(size_t index, unsigned *features);
+
+/* features: one of those above; n >= 2. The caller frees it. */
+enum bcd_status bcd_baseline_create(struct bcd_baseline **baseline, unsigned features,
+                                    enum bcd_baseline_method method, int64_t n);
+void bcd_baseline_free(struct bcd_baseline *baseline);
+void bcd_baseline_advance(struct bcd_baseline *baseline, int64_t ticks);
+
+/* x[i] = y[i] + i / 2, [n]: position of a rod's centre, unwrapped. */
+double bcd_baseline_position(const struct bcd_baseline *baseline, int64_t rod);
+
+/* Counts of the density, [50]; of method strang at the middle of noises. NULL without density. */
+const int64_t *bcd_baseline_counts(const struct bcd_baseline *baseline);
+
+/* Memory that the loop needs. */
+size_t bcd_baseline_bytes(const struct bcd_baseline *baseline);
+
 #pragma GCC visibility pop
 
 #endif
