@@ -14,16 +14,21 @@
 
 #include <math.h>
 
-struct metropolis_work {
-    struct noise noise;
-    double *jump;    /* [N] */
-    uint32_t *words; /* [4 * word_blocks(N)], of one uniform number per rod */
+enum { BLOCKS_AT_ONCE = 64 };
+
+/* Random words, one per rod and tick: those of `span` ticks are drawn at once. */
+struct lots {
+    uint32_t *words; /* [span][row] */
+    int64_t span, row;
+    int64_t batch;       /* which span of ticks they are of; -1 = none yet */
+    int64_t realization; /* and whose */
 };
 
-static int64_t word_blocks(int64_t n)
-{
-    return (n + 1) / 2;
-}
+struct metropolis_work {
+    struct noise noise;
+    double *jump; /* [N] */
+    struct lots lots;
+};
 
 static const char *metropolis_cannot(const struct plan *plan)
 {
@@ -57,7 +62,12 @@ static void metropolis_layout(struct sim *sim, struct arena *kept, struct arena 
     (void)kept;
     noise_layout(&work.noise, n, scratch);
     work.jump = arena_take(scratch, (size_t)n * sizeof *work.jump);
-    work.words = arena_take(scratch, (size_t)(4 * word_blocks(n)) * sizeof *work.words);
+    int64_t blocks = normals_stride(n) / 4;
+    work.lots = (struct lots){.span = blocks < BLOCKS_AT_ONCE ? BLOCKS_AT_ONCE / blocks : 1,
+                              .row = 4 * blocks,
+                              .batch = -1};
+    work.lots.words = arena_take(scratch, (size_t)(work.lots.span * work.lots.row) *
+                                              sizeof *work.lots.words);
     if (own)
         *own = work;
     sim->work = own;
@@ -129,16 +139,27 @@ static double cost(const struct sim *sim, int64_t i, double dx)
     return sum;
 }
 
-/* In (0, 1), 52 bits, for rod i. */
-static double uniform_of(const uint32_t *words, int64_t i)
+/* The words of the current tick, [N]. */
+static const uint32_t *lots_now(const struct sim *sim)
 {
-    uint64_t bits = (uint64_t)words[2 * i] << 20 | words[2 * i + 1] >> 12;
-    return ((double)bits + 0.5) * 0x1p-52;
+    struct lots *lots = &((struct metropolis_work *)sim->work)->lots;
+    int64_t batch = sim->clock->tick / lots->span;
+    if (batch != lots->batch || sim->noise.realization != lots->realization) {
+        struct noise_key key = sim->noise;
+        key.stream = STREAM_ACCEPT;
+        philox_words(lots->words, 0, lots->span * lots->row / 4, &key, batch);
+        lots->batch = batch;
+        lots->realization = sim->noise.realization;
+    }
+    return lots->words + sim->clock->tick % lots->span * lots->row;
 }
 
-static bool accepted(double exponent, double uniform)
+/* With probability min(1, exp(-exponent)). */
+static bool accepted(double exponent, uint32_t lot)
 {
-    return exponent <= 0 || (exponent < 700 && uniform < exp_bounded(-exponent));
+    if (exponent <= 0)
+        return true;
+    return exponent < 100 && ((double)lot + 0.5) * 0x1p-32 < exp_bounded(-exponent);
 }
 
 /* ------------------------------------------------------------------- sweep */
@@ -150,18 +171,15 @@ static void metropolis_advance(struct sim *sim, int64_t ticks)
     const int64_t n = plan->particles;
     const double noise = sqrt(2 * plan->diffusion * plan->time_step);
     const bool costs = plan->field || plan->pair || plan->force != 0;
-    struct noise_key key = sim->noise;
-    key.stream = STREAM_ACCEPT;
     for (int64_t t = 0; t < ticks; t++) {
         for (int64_t i = 0; i < n; i++)
             work->jump[i] = 0;
         noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->jump);
-        if (costs)
-            philox_words(work->words, 0, word_blocks(n), &key, sim->clock->tick);
+        const uint32_t *lots = costs ? lots_now(sim) : NULL;
         for (int64_t i = 0; i < n; i++) {
             double dx = work->jump[i];
-            if (fits(sim, i, dx) && (!costs || accepted(cost(sim, i, dx) / plan->temperature,
-                                                        uniform_of(work->words, i))))
+            if (fits(sim, i, dx) &&
+                (!costs || accepted(cost(sim, i, dx) / plan->temperature, lots[i])))
                 sim->y[i] += dx;
         }
         sim->clock->tick++;
