@@ -47,7 +47,8 @@ static const struct bcd_param expression_params[] = {
  * show at them go unseen. */
 
 enum { SCAN = 4096, ZOOM = 64 };
-static const double jump_share = 1e-6;  /* of the span: smaller jumps are rounding */
+static const double jump_share = 1e-6; /* of the span of U, of the largest |U'|: smaller ones pass */
+static const double rounding = 1e-12;  /* of the largest |U| */
 static const double narrowest = 1e-10; /* of the range: whatever changes within is a jump */
 
 struct point {
@@ -56,8 +57,10 @@ struct point {
 
 struct scan {
     const struct formula *formula;
-    double range, span, steepest; /* high - low; max U - min U; max |U'| */
-    double curvature_max, sharpest; /* max |U''| and where */
+    double range;                     /* high - low */
+    double steepest;                  /* max |U'| */
+    double energy_jump, slope_jump;   /* what is no rounding any more */
+    double curvature_max, sharpest;   /* max |U''| and where */
 };
 
 static struct point look(struct scan *scan, double x)
@@ -76,16 +79,16 @@ static bool is_finite(const struct point *at)
     return isfinite(at->u) && isfinite(at->slope) && isfinite(at->curvature);
 }
 
-/* By how much energy and force change from a to b beyond what their slopes account for, as a
- * multiple of what rounding may do. */
+/* By how many jumps energy or slope change from a to b beyond what slope and curvature account
+ * for. */
 static double excess(const struct scan *scan, const struct point *a, const struct point *b)
 {
     double half = (b->x - a->x) / 2;
     double energy = fabs((b->u - a->u) - half * (a->slope + b->slope));
     double slope = fabs((b->slope - a->slope) - half * (a->curvature + b->curvature));
-    double share = fmax(scan->span > 0 ? energy / scan->span : 0,
-                        scan->steepest > 0 ? slope / scan->steepest : 0);
-    return isfinite(share) ? share / jump_share : INFINITY;
+    double energy_jumps = energy > 0 ? energy / scan->energy_jump : 0;
+    double slope_jumps = slope > 0 ? slope / scan->slope_jump : 0;
+    return isfinite(energy + slope) ? fmax(energy_jumps, slope_jumps) : INFINITY;
 }
 
 /* Follows the larger excess into ever smaller intervals. True: it stays, there is a jump at *x. */
@@ -115,7 +118,7 @@ static double scan_place(const struct expression_par *p, int i)
 static bool scan_scales(struct scan *scan, const struct expression_par *p,
                         const struct bcd_group *group, struct bcd_errors *errors)
 {
-    double least = INFINITY, most = -INFINITY;
+    double least = INFINITY, most = -INFINITY, largest = 0;
     for (int i = 0; i <= SCAN; i++) {
         struct point at = look(scan, scan_place(p, i));
         if (!is_finite(&at)) {
@@ -127,9 +130,14 @@ static bool scan_scales(struct scan *scan, const struct expression_par *p,
         }
         least = fmin(least, at.u);
         most = fmax(most, at.u);
+        largest = fmax(largest, fabs(at.u));
         scan->steepest = fmax(scan->steepest, fabs(at.slope));
     }
-    scan->span = most - least;
+    double span = most - least, mean_slope = scan->range > 0 ? span / scan->range : 0;
+    double unit_slope = scan->range > 0 ? largest / scan->range : 0;
+    scan->energy_jump = fmax(jump_share * span, rounding * largest);
+    scan->slope_jump =
+        fmax(jump_share * fmax(scan->steepest, mean_slope), rounding * unit_slope);
     return true;
 }
 
@@ -150,8 +158,8 @@ static void scan_jumps(struct scan *scan, const struct expression_par *p,
         }
         before = at;
     }
-    bool energy_jumps = fabs(before.u - first.u) > jump_share * scan->span;
-    bool slope_jumps = fabs(before.slope - first.slope) > jump_share * scan->steepest;
+    bool energy_jumps = fabs(before.u - first.u) > scan->energy_jump;
+    bool slope_jumps = fabs(before.slope - first.slope) > scan->slope_jump;
     if (p->period > 0 && (energy_jumps || slope_jumps))
         group_fault(group, "period", errors,
                     "energy and force must go on at the seam: U(0) = %.9g, U(%.9g) = %.9g; "
