@@ -49,13 +49,13 @@ enum {
     STREAM_OF_VIEWS = 2,
 };
 static const double diameter = 0.5, amplitude = 6, drag_force = 1;
-static const double strength = 1, range = 0.05, exponent = 3;
 
 struct bcd_baseline {
     unsigned features;
     enum bcd_baseline_method method;
     int64_t n, tick;
     double ell, step, noise, growth, half_growth;
+    double range, exponent, deep; /* of the attraction: numbers of the job, not of the program */
     struct noise source, view_source;
     struct isotonic_block *blocks;
     double *y;       /* [n] */
@@ -112,6 +112,9 @@ enum bcd_status bcd_baseline_create(struct bcd_baseline **out, unsigned features
     const double wave_number = 2 * M_PI;
     *b = (struct bcd_baseline){.features = features, .method = method, .n = n};
     b->ell = 2.0 * (double)n - (double)n * diameter;
+    b->range = 0.05;
+    b->exponent = 3;
+    b->deep = 1 * (b->exponent + 1) / b->range;
     b->step = features & STICKY ? 1e-5 : 1e-4;
     b->noise = sqrt(2 * b->step);
     b->growth = exp_bounded(amplitude / 2 * wave_number * wave_number * b->step);
@@ -156,14 +159,13 @@ size_t bcd_baseline_bytes(const struct bcd_baseline *b)
 /* ------------------------------------------------------------------- forces */
 
 /* pairs/sticky.c */
-static double attraction(double gap)
+static inline double attraction(const struct bcd_baseline *b, double gap)
 {
-    double u = 1 - gap / range;
+    double u = 1 - gap / b->range;
     if (u < 1e-300)
         return 0;
-    double deep = strength * (exponent + 1) / range;
-    double below = power(u, exponent - 1);
-    return exponent * deep * below / (range * (1 + deep * below * u));
+    double below = power(u, b->exponent - 1);
+    return b->exponent * b->deep * below / (b->range * (1 + b->deep * below * u));
 }
 
 static void add_attraction(const struct bcd_baseline *b, const double *y, double scale, double *out)
@@ -171,15 +173,15 @@ static void add_attraction(const struct bcd_baseline *b, const double *y, double
     const int64_t last = b->n - 1;
     for (int64_t i = 0; i < last; i++) {
         double gap = y[i + 1] - y[i];
-        if (gap < range) {
-            double f = scale * attraction(gap);
+        if (gap < b->range) {
+            double f = scale * attraction(b, gap);
             out[i] += f;
             out[i + 1] -= f;
         }
     }
     double gap = y[0] + b->ell - y[last];
-    if (gap < range) {
-        double f = scale * attraction(gap);
+    if (gap < b->range) {
+        double f = scale * attraction(b, gap);
         out[last] += f;
         out[0] -= f;
     }
