@@ -113,7 +113,13 @@ static int64_t size_of(const struct bond_ring *r, int64_t first, int64_t last)
 
 static double at_time(const struct bond_cluster *c, double time)
 {
-    return c->at + c->velocity * (time - c->since);
+    double flown = time - c->since;
+    return c->at + flown * (c->velocity + flown * c->drift);
+}
+
+static double velocity_at(const struct bond_cluster *c, double time)
+{
+    return c->velocity + 2 * (time - c->since) * c->drift;
 }
 
 static void put_cluster(struct flight *f, int64_t first, int64_t last, struct bond_cluster c)
@@ -121,6 +127,14 @@ static void put_cluster(struct flight *f, int64_t first, int64_t last, struct bo
     c.other = last;
     f->space->clusters[first] = c;
     f->space->clusters[last].other = first;
+}
+
+static double mean_of(const struct bond_ring *r, const double *values, int64_t first, int64_t count)
+{
+    double sum = 0;
+    for (int64_t k = 0, i = first; k < count; k++, i = after(r, i))
+        sum += values[i];
+    return sum / (double)count;
 }
 
 /* Position of the last rod minus position of the first. */
@@ -135,17 +149,27 @@ static double turn_across(const struct bond_ring *r, int64_t gap)
     return gap == r->n - 1 ? r->ell : 0;
 }
 
+/* The first time > 0 at which closing * t + faster * t^2 has used up a gap `open` >= 0. */
+static double time_to_meet(double open, double closing, double faster)
+{
+    double square = closing * closing + 4 * faster * open;
+    if (closing > 0)
+        return square >= 0 ? 2 * open / (closing + sqrt(square)) : INFINITY;
+    return faster > 0 ? (sqrt(square) - closing) / (2 * faster) : INFINITY;
+}
+
 /* When the clusters on both sides of an open gap meet. */
 static void foresee_collision(struct flight *f, int64_t gap, double now)
 {
     const struct bond_ring *r = f->ring;
     int64_t left = f->space->clusters[gap].other, right = after(r, gap);
     const struct bond_cluster *a = &f->space->clusters[left], *b = &f->space->clusters[right];
-    double closing = a->velocity - b->velocity, when = INFINITY;
-    if (left != right && closing > 0) {
+    double when = INFINITY;
+    if (left != right) {
         double open = (at_time(b, now) + turn_across(r, gap)) -
                       (at_time(a, now) + turn_within(r, left, gap));
-        when = now + fmax(open, 0) / closing;
+        double closing = velocity_at(a, now) - velocity_at(b, now);
+        when = now + time_to_meet(fmax(open, 0), closing, a->drift - b->drift);
     }
     schedule(f, gap, when);
 }
@@ -172,7 +196,7 @@ static void collide(struct flight *f, int64_t gap, double now)
     struct bond_cluster *a = &clusters[left], *b = &clusters[right];
     int64_t na = size_of(r, left, gap), nb = size_of(r, right, last);
     double share = (double)nb / (double)(na + nb);
-    double mean = a->velocity + share * (b->velocity - a->velocity);
+    double va = velocity_at(a, now), vb = velocity_at(b, now), mean = va + share * (vb - va);
     /* b seen in the frame of a's first rod. */
     double shift = turn_across(r, gap) - turn_within(r, left, gap);
     double at = at_time(a, now);
@@ -181,29 +205,20 @@ static void collide(struct flight *f, int64_t gap, double now)
     double stick = f->noise->strength * root_2pi / deviation_of(f->noise, na, nb);
     if (f->budget < 0 || stick >= 1 || next_uniform(&f->uniforms) < stick) {
         r->bonded[gap] = 1;
-        put_cluster(f, left, last, (struct bond_cluster){at, mean, now, 0});
+        double drift = a->drift + share * (b->drift - a->drift);
+        put_cluster(f, left, last, (struct bond_cluster){at, mean, drift, now, 0});
         if (f->budget >= 0)
             foresee_attempt(f, gap, now);
         else
             schedule(f, gap, INFINITY);
-    } else {
-        put_cluster(f, left, gap, (struct bond_cluster){at, 2 * mean - a->velocity, now, 0});
+    } else { /* they may meet again, pressed together by their drift */
+        put_cluster(f, left, gap, (struct bond_cluster){at, 2 * mean - va, a->drift, now, 0});
         put_cluster(f, right, last,
-                    (struct bond_cluster){at - shift, 2 * mean - b->velocity, now, 0});
-        schedule(f, gap, INFINITY);
+                    (struct bond_cluster){at - shift, 2 * mean - vb, b->drift, now, 0});
+        foresee_collision(f, gap, now);
     }
     foresee_collision(f, before(r, left), now);
     foresee_collision(f, last, now);
-}
-
-static double mean_drift(const struct flight *f, int64_t first, int64_t count)
-{
-    double sum = 0;
-    for (int64_t k = 0; k < count; k++) {
-        int64_t i = first + k;
-        sum += f->noise->drift[i < f->ring->n ? i : i - f->ring->n];
-    }
-    return sum / (double)count;
 }
 
 static void attempt_break(struct flight *f, int64_t gap, double now)
@@ -217,22 +232,24 @@ static void attempt_break(struct flight *f, int64_t gap, double now)
     int64_t na = size_of(r, first, gap), nb = size_of(r, right, whole.other);
     double s = deviation_of(f->noise, na, nb);
     double rate = fmin(1, s / (f->noise->strength * root_2pi));
-    bool breaks = next_uniform(&f->uniforms) * f->attempts < rate;
-    double speed = breaks ? s * sqrt(-2 * log_normal(next_uniform(&f->uniforms))) : 0;
-    if (breaks && f->noise->drift)
-        speed += (1 - now) * (mean_drift(f, right, nb) - mean_drift(f, first, na));
-    if (!(speed > 0)) {
+    if (!(next_uniform(&f->uniforms) * f->attempts < rate)) {
         foresee_attempt(f, gap, now);
         return;
     }
+    double speed = s * sqrt(-2 * log_normal(next_uniform(&f->uniforms)));
     double share = (double)nb / (double)(na + nb), at = at_time(&whole, now);
+    double mean = velocity_at(&whole, now);
     double shift = turn_across(r, gap) - turn_within(r, first, gap);
+    struct bond_cluster a = {at, mean - share * speed, 0, now, 0},
+                        b = {at - shift, mean + (1 - share) * speed, 0, now, 0};
+    if (f->noise->drift) {
+        a.drift = mean_of(r, f->noise->drift, first, na);
+        b.drift = mean_of(r, f->noise->drift, right, nb);
+    }
     r->bonded[gap] = 0;
-    put_cluster(f, first, gap,
-                (struct bond_cluster){at, whole.velocity - share * speed, now, 0});
-    put_cluster(f, right, whole.other,
-                (struct bond_cluster){at - shift, whole.velocity + (1 - share) * speed, now, 0});
-    schedule(f, gap, INFINITY);
+    put_cluster(f, first, gap, a);
+    put_cluster(f, right, whole.other, b);
+    foresee_collision(f, gap, now);
     foresee_collision(f, before(r, first), now);
     foresee_collision(f, whole.other, now);
 }
@@ -262,11 +279,10 @@ static void take_off(struct flight *f)
     int64_t first = start;
     do {
         int64_t last = last_from(r, first), count = size_of(r, first, last);
-        double sum = 0;
-        for (int64_t k = 0, i = first; k < count; k++, i = after(r, i))
-            sum += f->noise->velocity[i];
-        put_cluster(f, first, last,
-                    (struct bond_cluster){r->y[first], sum / (double)count, 0, 0});
+        struct bond_cluster c = {r->y[first], mean_of(r, f->noise->velocity, first, count), 0, 0, 0};
+        if (f->noise->drift)
+            c.drift = mean_of(r, f->noise->drift, first, count);
+        put_cluster(f, first, last, c);
         first = after(r, last);
     } while (first != start);
     for (int64_t i = 0; i < r->n; i++) {

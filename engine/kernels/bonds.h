@@ -39,7 +39,8 @@
 /* A stretch of bonded rods, stored at its first rod; `other` at its last rod as well. */
 struct bond_cluster {
     double at;       /* y of the first rod at the time `since` */
-    double velocity; /* displacement in a step */
+    double velocity; /* then; in lengths per step */
+    double drift;    /* half the acceleration: displacement of a whole step */
     double since;    /* 0 .. 1 */
     int64_t other;   /* last rod at the first, first rod at the last */
 };

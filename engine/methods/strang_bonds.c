@@ -12,15 +12,14 @@
 #include <string.h>
 
 struct bonds_work {
-    struct noise noise, view_noise;
+    struct noise noise;
     struct isotonic_block *blocks;
     struct bond_space space;
-    double *middle, *back, *drift, *velocity, *view; /* [N] each */
+    double *middle, *back, *drift, *velocity, *half; /* [N] each */
     unsigned char *bonded;                           /* [N], kept */
-    unsigned char *view_bonded;                      /* [N] */
 };
 
-/* Rods and bonds that a step works on: the run's own, or a view's. */
+/* Rods and bonds that a step works on. */
 struct bonds_state {
     double *y;
     unsigned char *bonded;
@@ -52,7 +51,6 @@ static void bonds_layout(struct sim *sim, struct arena *kept, struct arena *scra
     const int64_t n = sim->plan->particles;
     const size_t rods = (size_t)n;
     noise_layout(&work.noise, n, scratch);
-    noise_layout(&work.view_noise, n, scratch);
     work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     work.space.clusters = arena_take(scratch, rods * sizeof *work.space.clusters);
     work.space.due = take_rods(sim, scratch);
@@ -62,9 +60,8 @@ static void bonds_layout(struct sim *sim, struct arena *kept, struct arena *scra
     work.back = take_rods(sim, scratch);
     work.drift = take_rods(sim, scratch);
     work.velocity = take_rods(sim, scratch);
-    work.view = take_rods(sim, scratch);
+    work.half = take_rods(sim, scratch);
     work.bonded = arena_take(kept, rods);
-    work.view_bonded = arena_take(scratch, rods);
     if (own)
         *own = work;
     sim->work = own;
@@ -177,74 +174,55 @@ static void drift(const struct sim *sim, double time, const struct bonds_state *
     resolve_sticking(plan, state->y, work->blocks);
 }
 
-/* ------------------------------------------------------------------- noise */
+/* --------------------------------------------------------------------- step */
 
-/* Noise of `share` of a step's variance, of the tick that begins; drawn as `streams` says. */
-struct bonds_draw {
-    double share;
-    struct noise *noise;
-    uint8_t steps, bonds;
-};
-
-static void diffuse(const struct sim *sim, const struct bonds_draw *draw,
-                    const struct bonds_state *state)
+static void step(struct sim *sim)
 {
     const struct plan *plan = sim->plan;
     struct bonds_work *work = sim->work;
-    const double deviation = sqrt(draw->share * 2 * plan->diffusion * plan->time_step);
-    struct noise_key key = sim->noise;
-    if (!(deviation > 0))
-        return;
-    key.stream = draw->steps;
-    if (!plan->pair || !(plan->free_length > 0)) {
-        noise_add(draw->noise, &key, sim->clock->tick, deviation, state->y);
-        resolve_reflecting(plan, state->y, work->velocity);
+    const struct bonds_state rods = {sim->y, work->bonded};
+    const double deviation = sqrt(2 * plan->diffusion * plan->time_step);
+    const size_t bytes = (size_t)plan->particles * sizeof *sim->y;
+    if (!(deviation > 0) || !(plan->free_length > 0) || plan->particles == 1) {
+        drift(sim, plan->time_step, &rods);
+        if (deviation > 0) {
+            noise_add(&work->noise, &sim->noise, sim->clock->tick, deviation, sim->y);
+            resolve_reflecting(plan, sim->y, work->velocity);
+        }
         return;
     }
-    memset(work->velocity, 0, (size_t)plan->particles * sizeof *work->velocity);
-    noise_add(draw->noise, &key, sim->clock->tick, deviation, work->velocity);
-    struct theory_pair pair;
-    plan->pair->theory(plan->pair_par, &pair);
+    struct theory_pair pair = {.strength = 0};
+    if (plan->pair)
+        plan->pair->theory(plan->pair_par, &pair);
+    memset(work->velocity, 0, bytes);
+    noise_add(&work->noise, &sim->noise, sim->clock->tick, deviation, work->velocity);
     struct bond_noise noise = {.strength = pair.strength,
                                .deviation = deviation,
                                .velocity = work->velocity,
-                               .drift = plan->field ? work->drift : NULL,
+                               .drift = NULL,
                                .key = sim->noise,
                                .tick = sim->clock->tick};
-    noise.key.stream = draw->bonds;
-    const struct bond_ring ring = ring_of(plan, state);
+    noise.key.stream = STREAM_BONDS;
+    if (plan->field || plan->force != 0) {
+        const struct bonds_state half = {work->half, work->bonded};
+        const struct bond_ring half_ring = ring_of(plan, &half);
+        for (int64_t i = 0; i < plan->particles; i++)
+            work->half[i] = sim->y[i] + work->velocity[i] / 2;
+        bonds_average(&half_ring);
+        drift(sim, plan->time_step, &half);
+        noise.drift = work->drift;
+    }
+    const struct bond_ring ring = ring_of(plan, &rods);
     bonds_move(&ring, &noise, &work->space);
-    resolve_sticking(plan, state->y, work->blocks); /* rounding */
+    resolve_sticking(plan, sim->y, work->blocks); /* rounding */
 }
 
 static void bonds_advance(struct sim *sim, int64_t ticks)
 {
-    struct bonds_work *work = sim->work;
-    const struct bonds_state state = {sim->y, work->bonded};
-    const struct bonds_draw draw = {1, &work->noise, STREAM_STEPS, STREAM_BONDS};
     for (int64_t t = 0; t < ticks; t++) {
-        drift(sim, sim->plan->time_step, &state);
-        diffuse(sim, &draw, &state);
+        step(sim);
         sim->clock->tick++;
     }
-}
-
-/* As strang's views: half a drift further, or a whole drift and noise of half the variance. */
-static const double *bonds_view(struct sim *sim, enum view view)
-{
-    const struct plan *plan = sim->plan;
-    struct bonds_work *work = sim->work;
-    const struct bonds_state state = {work->view, work->view_bonded};
-    memcpy(state.y, sim->y, (size_t)plan->particles * sizeof *state.y);
-    memcpy(state.bonded, work->bonded, (size_t)plan->particles);
-    if (view == VIEW_MID_DRIFT) {
-        drift(sim, plan->time_step / 2, &state);
-        return state.y;
-    }
-    const struct bonds_draw draw = {0.5, &work->view_noise, STREAM_VIEW, STREAM_VIEW_BONDS};
-    drift(sim, plan->time_step, &state);
-    diffuse(sim, &draw, &state);
-    return state.y;
 }
 
 const struct method_type method_strang_bonds = {
@@ -259,5 +237,4 @@ const struct method_type method_strang_bonds = {
     .layout = bonds_layout,
     .begin = bonds_begin,
     .advance = bonds_advance,
-    .view = bonds_view,
 };
