@@ -5,7 +5,7 @@
 #include "tools.h"
 
 #define ROUNDING (1 + 1e-12)
-enum { RULE = 16 }; /* points of one Gauss-Legendre panel */
+enum { RULE = BUMP_RULE };
 
 static enum bcd_status check_pair(const struct theory_system *system, struct bcd_error *error)
 {
@@ -135,8 +135,9 @@ static enum bcd_status fold_potential(struct model *model, struct bcd_error *err
     return BCD_OK;
 }
 
-enum bcd_status model_init(struct model *model, const struct theory_system *system,
-                           const struct theory_wanted *wanted, struct bcd_error *error)
+/* What holds on the ring and between walls. */
+static enum bcd_status begin(struct model *model, const struct theory_system *system,
+                             const struct theory_wanted *wanted, struct bcd_error *error)
 {
     *model = (struct model){.system = *system, .wanted = *wanted};
     if (model->wanted.tolerance == 0) {
@@ -154,8 +155,71 @@ enum bcd_status model_init(struct model *model, const struct theory_system *syst
     model->reach = pair->kind == THEORY_STICKY   ? pair->range
                    : pair->kind == THEORY_ENERGY ? pair->cutoff - system->diameter
                                                  : 0;
-    status = fold_potential(model, error);
+    gauss_legendre(RULE, model->node, model->weight);
+    return BCD_OK;
+}
+
+enum bcd_status model_init(struct model *model, const struct theory_system *system,
+                           const struct theory_wanted *wanted, struct bcd_error *error)
+{
+    if (system->walls) {
+        return theory_fail(error, BCD_INVALID,
+                           "between walls there is no infinite system at the same density to "
+                           "compare with");
+    }
+    enum bcd_status status = begin(model, system, wanted, error);
+    status = status ? status : fold_potential(model, error);
     return status ? status : check_wanted(model, error);
+}
+
+/* Smallest energy that a centre comes to, roughly. */
+static enum bcd_status scan_potential(struct model *model, struct bcd_error *error)
+{
+    const struct theory_system *system = &model->system;
+    enum { SCAN = 4096 };
+    double room = system->length - system->diameter;
+    model->lowest = INFINITY;
+    for (int i = 0; i <= SCAN; i++) {
+        double x = system->diameter / 2 + room * i / SCAN;
+        double u = model_energy(model, x) - system->force * x;
+        if (!isfinite(u)) {
+            return theory_fail(error, BCD_INVALID, "the potential is not finite at x = %g", x);
+        }
+        model->lowest = u < model->lowest ? u : model->lowest;
+    }
+    return BCD_OK;
+}
+
+enum bcd_status model_init_walls(struct model *model, const struct theory_system *system,
+                                 const struct theory_wanted *wanted, struct bcd_error *error)
+{
+    enum { MOST = 1000000 };
+    enum bcd_status status = begin(model, system, wanted, error);
+    if (status) {
+        return status;
+    }
+    model->bin_period = system->length;
+    model->period = system->length;
+    if (system->energy && system->period > 0 && system->period < system->length) {
+        model->period = system->period;
+    }
+    if (wanted->density_bins > MOST || wanted->contact_bins > MOST || wanted->pair_bins > MOST) {
+        return theory_fail(error, BCD_INVALID, "more than %d bins", MOST);
+    }
+    if (wanted->gap_bins) {
+        return theory_fail(error, BCD_INVALID, "no gap distribution between walls");
+    }
+    if (!(wanted->contact_gap >= 0 && wanted->contact_gap <= model->free_length) ||
+        (wanted->pair_bins && !(wanted->pair_last > 0 && wanted->pair_last <= system->length))) {
+        return theory_fail(error, BCD_INVALID,
+                           "contact gap %g or last distance %g does not fit between the walls",
+                           wanted->contact_gap, wanted->pair_last);
+    }
+    if (!(model->wanted.tolerance >= 1e-12 && model->wanted.tolerance < 1)) {
+        return theory_fail(error, BCD_INVALID, "tolerance %g is not within 1e-12 .. 1",
+                           model->wanted.tolerance);
+    }
+    return scan_potential(model, error);
 }
 
 double model_energy(const struct model *model, double x)
@@ -167,9 +231,10 @@ double model_energy(const struct model *model, double x)
 double model_weight(const struct model *model, double x)
 {
     const struct theory_system *system = &model->system;
-    return system->energy
-               ? exp((model->lowest - system->energy(system->ctx, x)) / system->temperature)
-               : 1;
+    if (!system->energy && system->force == 0) {
+        return 1;
+    }
+    return exp((model->lowest - model_energy(model, x) + system->force * x) / system->temperature);
 }
 
 double model_bump(const struct model *model, double gap)
@@ -227,8 +292,6 @@ void measure_add_bump(struct measure *measure, const struct model *model, const 
                       double wave_number)
 {
     struct panels panels = bump_panels(model, range, wave_number);
-    double node[RULE], weight[RULE];
-    gauss_legendre(RULE, node, weight);
     double a = panels.from;
     for (size_t level = 0; level < panels.graded; level++) {
         double b = level + 1 == panels.graded ? panels.to : a + (panels.to - a) / 2;
@@ -236,9 +299,9 @@ void measure_add_bump(struct measure *measure, const struct model *model, const 
         for (size_t part = 0; part < panels.even; part++) {
             double middle = a + (2 * (double)part + 1) * half;
             for (size_t i = 0; i < RULE && measure->count < measure->capacity; i++) {
-                double gap = middle + half * node[i];
+                double gap = middle + half * model->node[i];
                 measure->gap[measure->count] = gap;
-                measure->weight[measure->count++] = half * weight[i] * model_bump(model, gap);
+                measure->weight[measure->count++] = half * model->weight[i] * model_bump(model, gap);
             }
         }
         a = b;

@@ -204,6 +204,9 @@ enum bcd_status theory_chain(struct theory_result **result, const struct theory_
 enum bcd_status theory_canonical(struct theory_result **result, const struct theory_system *system,
                                  const struct theory_wanted *wanted, struct bcd_error *error)
 {
+    if (system->walls) {
+        return theory_walls(result, system, wanted, error);
+    }
     /* Few rods, and Baxter's limit: the recursion is quick, and the contour converges slowly. */
     enum { FEW = 4, FEW_STICKY = 200 };
     int64_t limit = system->pair.kind == THEORY_BAXTER ? FEW_STICKY : FEW;

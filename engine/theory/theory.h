@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * theory.h - exact equilibrium references for rods on a ring in a periodic potential.
+ * theory.h - exact equilibrium references for rods on a ring in a periodic potential, or between
+ * two walls in any potential.
  *
  * N rods of length sigma on a ring of length L, in an external potential U(x) of which L is a whole
  * number of periods, with any interaction of nearest neighbours:
@@ -16,6 +17,9 @@
  * [1] Antonov, Schweers, Ryabov, Maass, Phys. Rev. E 106, 054606 (2022),
  * 10.1103/PhysRevE.106.054606.
  *
+ * Between walls, 0 and L, centres stay within [sigma/2, L - sigma/2]; a wall is not a neighbour: f
+ * acts between the N - 1 pairs of rods alone.
+ *
  * Two references are given: the canonical ring of N rods, which is what a simulation samples, and
  * the infinite system at the same mean density. Every answer carries an estimate of its own error,
  * from a computation on a coarser grid; what does not reach the tolerance is refused in words.
@@ -29,6 +33,7 @@
 #ifndef THEORY_H
 #define THEORY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -47,13 +52,16 @@ struct theory_pair {
 };
 
 struct theory_system {
+    bool walls;         /* not a ring */
     int64_t particles;  /* N >= 1 */
     double length;      /* L > N sigma */
     double diameter;    /* sigma >= 0 */
     double temperature; /* kT > 0 */
-    double period;      /* of U; L is a whole number of them; unused without energy */
+    double period;      /* of U; L is a whole number of them; unused without energy. Between walls
+                         * any length over which U is smooth: grids start from it */
     double (*energy)(const void *ctx, double x); /* U(x); NULL: none */
     const void *ctx;
+    double force; /* on every rod, between walls: the weight is that of U - f x, the energy U's */
     struct theory_pair pair;
 };
 
@@ -64,7 +72,7 @@ struct theory_wanted {
     size_t contact_bins;
     double contact_gap; /* window Delta' of a measured contact density; 0: none */
     size_t pair_bins;
-    double pair_last; /* largest distance of the pair distribution, at most L/2 */
+    double pair_last; /* largest distance of the pair distribution, at most L/2; L between walls */
     size_t gap_bins;
     double gap_last;  /* largest gap of the gap distribution, at most L - N sigma */
     double tolerance; /* relative error to be reached; 0: 1e-9 */
@@ -83,7 +91,8 @@ struct theory_result {
     /* Pair distribution g(r), both rods anywhere: (density of pairs at x and x + r) / rho^2, mean
      * over x and over each bin of r. All pairs of rods, not only neighbours; r is counted in one
      * direction round the ring; tends to 1 - 1/N, to 1 in the infinite system. Bonds of Baxter's
-     * limit are delta functions at multiples of sigma: they count in their bin. */
+     * limit are delta functions at multiples of sigma: they count in their bin. Between walls:
+     * (number of pairs per dr) A^2 / (N^2 (A - r)), A = L - sigma. */
     double *pair; /* [pair_bins] */
     /* Probability density of the gap between neighbours, mean over each bin; bonds included. */
     double *gap;            /* [gap_bins] */
@@ -95,7 +104,7 @@ struct theory_result {
      * relative to |energy| + kT. */
     double error;
     size_t points;     /* grid points per period that were used */
-    const char *route; /* "infinite", "contour", "chain" or "percus"; static text */
+    const char *route; /* "infinite", "contour", "chain", "percus" or "walls"; static text */
 };
 
 void theory_result_free(struct theory_result *result);
@@ -104,7 +113,7 @@ void theory_result_free(struct theory_result *result);
 enum bcd_status theory_infinite(struct theory_result **result, const struct theory_system *system,
                                 const struct theory_wanted *wanted, struct bcd_error *error);
 
-/* The ring of N rods. Chooses between the two routes below. */
+/* The N rods themselves: between walls, or on the ring by one of the two routes below. */
 enum bcd_status theory_canonical(struct theory_result **result, const struct theory_system *system,
                                  const struct theory_wanted *wanted, struct bcd_error *error);
 
@@ -114,6 +123,10 @@ enum bcd_status theory_contour(struct theory_result **result, const struct theor
 
 /* The ring by recursion rod by rod: for few rods, and for Baxter's limit. */
 enum bcd_status theory_chain(struct theory_result **result, const struct theory_system *system,
+                             const struct theory_wanted *wanted, struct bcd_error *error);
+
+/* N rods between walls, by recursion from both of them. Gap distributions are refused. */
+enum bcd_status theory_walls(struct theory_result **result, const struct theory_system *system,
                              const struct theory_wanted *wanted, struct bcd_error *error);
 
 /* The infinite system from Percus' functional (HARD) and its extension to sticky rods (BAXTER):

@@ -29,6 +29,8 @@ void scratch_free(struct scratch *scratch);
 /* Gauss-Legendre rule on [-1, 1]; nodes ascending. */
 void gauss_legendre(size_t count, double *node, double *weight);
 
+enum { BUMP_RULE = 16 };
+
 /* A system that has been checked, with the potential folded onto one period. */
 struct model {
     struct theory_system system;
@@ -42,11 +44,16 @@ struct model {
     double reach;       /* f(g) = 1 from here on */
     double bond;        /* weight of the delta function at g = 0 */
     bool any_pressure;  /* the transfer operator is wanted near the mean gap, not exactly at it */
+    double node[BUMP_RULE], weight[BUMP_RULE]; /* Gauss-Legendre, for the bump */
 };
 enum bcd_status model_init(struct model *model, const struct theory_system *system,
                            const struct theory_wanted *wanted, struct bcd_error *error);
+/* The same between walls: period = system.period or L, bin_period = L; model_init refuses walls. */
+enum bcd_status model_init_walls(struct model *model, const struct theory_system *system,
+                                 const struct theory_wanted *wanted, struct bcd_error *error);
 double model_energy(const struct model *model, double x);
-double model_weight(const struct model *model, double x); /* exp(-(U - lowest)/kT) */
+/* exp(-(U - lowest)/kT), with a force U - f x in U's place. */
+double model_weight(const struct model *model, double x);
 double model_bump(const struct model *model, double gap); /* f(g) - 1 without delta function */
 
 /* A measure on gaps g >= 0: uniform on [from, to], a delta function at 0, and points. */
