@@ -10,6 +10,7 @@
 
 #include "http.h"
 #include "queue.h"
+#include "report_keeper.h"
 #include "store.h"
 
 #include <stdatomic.h>
@@ -21,6 +22,7 @@ struct service {
     struct store *store;
     struct queue *queue;
     atomic_flag *theory; /* set while one is computed; NULL = no limit */
+    struct report_keeper *reports; /* NULL = there are none */
 };
 
 /* A request that met its route; arg[i] is what stood in the place of the pattern's i-th {...}. */
@@ -37,6 +39,9 @@ handler handle_jobs_estimate, handle_jobs_theory;
 
 /* handle_results.c */
 handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;
+
+/* handle_reports.c */
+handler handle_reports_json, handle_reports_csv, handle_reports_svg, handle_reports_measure;
 
 /* handle_service.c */
 handler handle_service_index, handle_service_health, handle_service_ready;

@@ -530,7 +530,7 @@ static enum MHD_Result answer(struct http *http, struct MHD_Connection *connecti
         {MHD_HTTP_HEADER_CACHE_CONTROL, reply->cache_control},
         {MHD_HTTP_HEADER_LOCATION, reply->location[0] ? reply->location : NULL},
         {MHD_HTTP_HEADER_ALLOW, reply->allow[0] ? reply->allow : NULL},
-        {MHD_HTTP_HEADER_RETRY_AFTER, reply->status == 503 ? "1" : NULL},
+        {MHD_HTTP_HEADER_RETRY_AFTER, reply->status == 503 ? "1" : reply->retry_after},
         {MHD_HTTP_HEADER_CONNECTION,
          exchange->refused || atomic_load(&http->stopping) ? "close" : NULL},
         {"Content-Security-Policy", drawing ? "default-src 'none'; style-src 'unsafe-inline'"

@@ -33,6 +33,7 @@ struct reply {
     char location[96]; /* Location header, or "" */
     char allow[48];    /* Allow header (405), or "" */
     const char *cache_control;
+    const char *retry_after; /* seconds, or NULL */
 };
 void reply_fini(struct reply *reply);
 

@@ -65,6 +65,9 @@ static int serve(const struct config *config)
     if (queue_create(&service.queue, service.store) != STORE_OK ||
         queue_recover(service.queue) != STORE_OK)
         goto cleanup;
+    service.reports = report_keeper_create(service.store);
+    if (!service.reports)
+        goto cleanup;
     workers = workers_start(config->workers, service.queue, service.store);
     if (!workers) {
         snprintf(reason, sizeof(reason), "%zu worker threads cannot be had", config->workers);
@@ -87,6 +90,7 @@ cleanup:
     http_stop(http);
     if (service.queue)
         queue_stop(service.queue);
+    report_keeper_free(service.reports);
     workers_stop(workers);
     queue_free(service.queue);
     store_close(service.store);

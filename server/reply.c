@@ -55,6 +55,12 @@ void reply_accepted_take(struct reply *reply, const char *location, char *json)
     snprintf(reply->location, sizeof(reply->location), "%s", location);
 }
 
+void reply_later_take(struct reply *reply, const char *location, char *json)
+{
+    reply_accepted_take(reply, location, json);
+    reply->retry_after = "1";
+}
+
 void reply_text_take(struct reply *reply, const char *content_type, char *text)
 {
     fill_take(reply, 200, content_type, text);

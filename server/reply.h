@@ -35,6 +35,8 @@ enum problem {
 /* Texts are malloc'ed and taken over; NULL = out of memory. */
 void reply_json_take(struct reply *reply, char *json);
 void reply_accepted_take(struct reply *reply, const char *location, char *json);
+/* Not there yet: a client asks `location` again in a moment. */
+void reply_later_take(struct reply *reply, const char *location, char *json);
 void reply_text_take(struct reply *reply, const char *content_type, char *text);
 /* What was answered never changes: clients may keep it. */
 void reply_immutable(struct reply *reply);

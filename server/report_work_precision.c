@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REALIZATIONS = 24, PROBE_STEPS = 1000, DOUBLINGS_MAX = 40, STEPS_MIN = 64 };
+enum { REALIZATIONS = 48, PROBE_STEPS = 1000, DOUBLINGS_MAX = 40, STEPS_MIN = 64 };
 static const double ladder_least = 2, ladder_most = 4; /* ratio of neighbouring time steps */
 static const double drift_share = 0.5, reference_share = 2; /* of an entry's budget */
 static const double forget_time = 0.5, drift_forget_time = 5; /* in units of lambda^2 / D */
@@ -51,6 +51,7 @@ struct trial {
     int64_t steps;      /* of each realization */
     double equilibration;
     int realizations;
+    int seed;   /* each entry has its own: errors of different entries are independent */
     bool drift; /* with the force, and the current alone; else the static averages */
     bool drawn; /* from exact equilibrium */
 };
@@ -77,15 +78,19 @@ static bool wanted(const char *only, const char *name)
     return !only || strcmp(only, name) == 0;
 }
 
-bool work_precision_known(const struct work_precision_options *options)
+bool work_precision_known(struct work_precision_options *options)
 {
-    bool scene = false, method = false;
-    const char *name;
-    for (size_t i = 0; i < WORK_PRECISION_SCENES; i++)
-        scene = scene || wanted(options->scene, scenes[i].name);
-    for (size_t i = 0; (name = report_run_method(i)) != NULL; i++)
-        method = method || wanted(options->method, name);
-    return scene && method;
+    const char *scene = NULL, *method = NULL, *name;
+    for (size_t i = 0; options->scene && i < WORK_PRECISION_SCENES; i++)
+        if (strcmp(options->scene, scenes[i].name) == 0)
+            scene = scenes[i].name;
+    for (size_t i = 0; options->method && (name = report_run_method(i)) != NULL; i++)
+        if (strcmp(options->method, name) == 0)
+            method = name;
+    bool known = (!options->scene || scene) && (!options->method || method);
+    options->scene = known ? scene : options->scene;
+    options->method = known ? method : options->method;
+    return known;
 }
 
 /* Methods times scenes that are asked for. */
@@ -124,8 +129,9 @@ bool work_precision_measure(struct work_precision *report,
 static char *print_job(const struct work_precision_scene *scene, const struct trial *trial)
 {
     struct text job = {0};
-    text_add(&job, "{%s,\"method\":\"%s\",\"realizations\":%d,\"initial\":\"%s\"", scene->members,
-             trial->method, trial->realizations, trial->drawn ? "equilibrium" : "uniform");
+    text_add(&job, "{%s,\"method\":\"%s\",\"realizations\":%d,\"seed\":%d,\"initial\":\"%s\"",
+             scene->members, trial->method, trial->realizations, trial->seed,
+             trial->drawn ? "equilibrium" : "uniform");
     if (trial->time_step > 0) {
         text_add(&job, ",\"time_step\":");
         text_add_number(&job, trial->time_step);
@@ -383,12 +389,19 @@ static int make_ladder(const struct work_precision *report,
     return count;
 }
 
+/* While the newest entry is being measured. */
+static int entry_seed(const struct work_precision_result *result)
+{
+    return (int)result->entry_count;
+}
+
 static bool measure_drift(const struct work_precision *report,
                           const struct work_precision_result *result,
                           struct work_precision_entry *entry)
 {
     struct trial trial = {.method = entry->method, .time_step = entry->time_step,
-                          .realizations = REALIZATIONS, .drift = true};
+                          .realizations = REALIZATIONS, .drift = true,
+                          .seed = entry_seed(result)};
     struct report_run run = {.stop = report->options.stop};
     double reference = result->reference.velocity;
     if (result->reference.reason[0]) {
@@ -418,7 +431,8 @@ static bool measure_entry(const struct work_precision *report,
                           struct work_precision_entry *entry)
 {
     struct trial trial = {.method = entry->method, .time_step = entry->time_step,
-                          .realizations = REALIZATIONS, .drawn = true};
+                          .realizations = REALIZATIONS, .drawn = true,
+                          .seed = entry_seed(result)};
     struct report_run run = {.stop = report->options.stop};
     enum report_outcome outcome =
         run_for(&run, result->scene, &trial, report->options.core_seconds);

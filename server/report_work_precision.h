@@ -103,8 +103,8 @@ struct work_precision {
 #define WORK_PRECISION_DEFAULT ((struct work_precision_options){.core_seconds = 1.5, .levels = 5})
 #define WORK_PRECISION_FULL ((struct work_precision_options){.core_seconds = 15, .levels = 6})
 
-/* Are there such a scene and method (NULL = any)? */
-bool work_precision_known(const struct work_precision_options *options);
+/* Are there such a scene and method (NULL = any)? Then both point to names that last. */
+bool work_precision_known(struct work_precision_options *options);
 
 /* Measures everything; a method that refuses a scene is left out of it, with its words. False =
  * stopped, or an exact reference could not be had (`reason`, then not empty). The report is large:

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * report_work_precision_plot.c - error against cost, log-log: a column of panels for each scene, a
- * row for each kind of error, a curve with error bars for each method. What has no logarithm (an
- * error bar that reaches 0, an error of 0) ends at the panel's foot.
+ * row for each kind of error, a curve with error bars for each method. A value that is lost in the
+ * noise is a ring at its upper bound.
  */
 #include "plot_frame.h"
 #include "plot_marks.h"
@@ -15,9 +15,9 @@
 #include <string.h>
 
 enum { CELL_WIDTH = 300, CELL_HEIGHT = 220, FRAME_RIGHT = 286, FRAME_TOP = 26, FRAME_FOOT = 182 };
-enum { LEFT = 30, TOP = 112, BELOW = 46, KEY_ROW = 22, TITLE_SIZE = 20, LABEL_SIZE = 14 };
+enum { LEFT = 30, TOP = 112, BELOW = 60, KEY_ROW = 22, TITLE_SIZE = 20, LABEL_SIZE = 14 };
 enum { COLOURS = 10, DASHES = 2 };
-static const double error_least = 1e-5; /* below, everything is noise */
+static const double error_least = 1e-6; /* a logarithm's foot */
 
 static const char *const row_titles[WORK_PRECISION_KINDS] = {
     "|energy error|, kT", "density, relative L1", "|contact density error|, relative",
@@ -55,7 +55,7 @@ char *work_precision_print_svg(const struct work_precision *report)
     struct text svg = {0};
     struct panel *panel = malloc(sizeof *panel);
     size_t scenes = list_scenes(report, list);
-    int width = LEFT + CELL_WIDTH * (scenes < 3 ? 3 : (int)scenes);
+    int width = LEFT + CELL_WIDTH * (scenes < 2 ? 2 : (int)scenes);
     int height = TOP + CELL_HEIGHT * WORK_PRECISION_KINDS + BELOW;
     text_add(&svg,
              "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" "
@@ -89,9 +89,9 @@ char *work_precision_print_svg(const struct work_precision *report)
     }
     plot_small_print(&svg,
                      "Bars: one standard error. Density: what error bars alone would give is "
-                     "taken off in quadrature; a ring marks values within the noise. "
+                     "taken off in quadrature. A ring: within the noise, drawn at the upper bound. "
                      "Measured on this machine.",
-                     height - 12, width);
+                     height - 26, width);
     text_add(&svg, "</svg>\n");
     svg.failed = svg.failed || !panel;
     free(panel);
@@ -137,19 +137,18 @@ static bool find_dot(const struct panel *panel, const struct work_precision_entr
                      struct dot *dot)
 {
     struct work_precision_value value = entry->value[panel->kind];
-    double size = fabs(value.error);
+    double size = fabs(value.error), bar = value.stderror;
     if (!(entry->cost > 0) || !isfinite(size) || !isfinite(entry->cost))
         return false;
-    dot->lost = !(size > 2 * value.stderror);
     if (panel->kind == WORK_PRECISION_DENSITY) {
-        double noise = entry->density_noise;
-        dot->lost = !(size > sqrt(2) * noise);
-        size = sqrt(fmax(size * size - noise * noise, 0));
+        bar = entry->density_noise / 2;
+        size = sqrt(fmax(size * size - 4 * bar * bar, 0));
     }
-    double bar = isfinite(value.stderror) ? value.stderror : 0;
+    bar = isfinite(bar) ? bar : 0;
+    dot->lost = !(size > 2 * bar);
     dot->x = entry->cost;
-    dot->y = fmax(size, error_least);
-    dot->low = fmax(size - bar, error_least);
+    dot->y = fmax(dot->lost ? size + bar : size, error_least);
+    dot->low = dot->lost ? dot->y : size - bar;
     dot->high = fmax(size + bar, error_least);
     return true;
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #define JOB "/v1/jobs/{id}"
+#define WORK "/v1/reports/work-precision"
 
 /* clang-format off */
 static const struct route routes[] = {
@@ -20,6 +21,10 @@ static const struct route routes[] = {
     {"GET",    JOB "/results/{name}.svg", false, handle_results_svg, "the same as a picture"},
     {"POST",   "/v1/estimate", false, handle_jobs_estimate, "a job's cost before it is submitted"},
     {"POST",   "/v1/theory", false, handle_jobs_theory, "a job's exact references"},
+    {"GET",    WORK, false, handle_reports_json, "error against run time, measured on this machine"},
+    {"GET",    WORK ".csv", false, handle_reports_csv, "the same as CSV"},
+    {"GET",    WORK ".svg", false, handle_reports_svg, "the same as a picture"},
+    {"POST",   WORK, true, handle_reports_measure, "measure it again; ?budget= &scene= &method="},
     {"GET",    "/healthz", false, handle_service_health, "is the server alive"},
     {"GET",    "/readyz", false, handle_service_ready, "does it take jobs"},
     {"GET",    "/", false, handle_service_index, "this list"},

@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * report_keeper.c - see report_keeper.h.
+ *
+ * THREADS  `mutex` guards state, thread, share and reason. The measuring thread takes it for a
+ *          moment only, between runs; `stop` is the one thing it looks at within them.
+ */
+#include "report_keeper.h"
+#include "log.h"
+#include "report_machine.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+enum { LEAST_URGENT = 19 };
+enum state { STATE_IDLE, STATE_MEASURING, STATE_ENDED /* its thread is to be joined */ };
+
+struct report_keeper {
+    struct store *store;
+    char version[64];
+    char *machine;
+    atomic_bool stop;
+    struct work_precision_options options; /* of the thread in motion */
+    pthread_mutex_t mutex;
+    enum state state;
+    pthread_t thread;
+    double share;
+    char reason[WORK_PRECISION_REASON];
+};
+
+static void *measure(void *context);
+
+struct report_keeper *report_keeper_create(struct store *store)
+{
+    struct report_keeper *keeper = calloc(1, sizeof *keeper);
+    if (!keeper)
+        return NULL;
+    keeper->machine = report_machine_json();
+    if (!keeper->machine) {
+        free(keeper);
+        return NULL;
+    }
+    keeper->store = store;
+    snprintf(keeper->version, sizeof keeper->version, "%s, results %d", BCD_VERSION,
+             BCD_RESULT_VERSION);
+    pthread_mutex_init(&keeper->mutex, NULL);
+    return keeper;
+}
+
+void report_keeper_free(struct report_keeper *keeper)
+{
+    if (!keeper)
+        return;
+    atomic_store(&keeper->stop, true);
+    if (keeper->state != STATE_IDLE)
+        pthread_join(keeper->thread, NULL);
+    pthread_mutex_destroy(&keeper->mutex);
+    free(keeper->machine);
+    free(keeper);
+}
+
+static struct report_new name_report(const struct report_keeper *keeper)
+{
+    return (struct report_new){
+        .name = "work-precision", .version = keeper->version, .machine = keeper->machine};
+}
+
+enum store_status report_keeper_get(struct report_keeper *keeper, enum report_form form,
+                                    char **text)
+{
+    struct report_new which = name_report(keeper);
+    return store_reports_get(keeper->store, &which, form, text);
+}
+
+bool report_keeper_begin(struct report_keeper *keeper,
+                         const struct work_precision_options *options)
+{
+    bool good = true;
+    pthread_mutex_lock(&keeper->mutex);
+    if (keeper->state == STATE_ENDED) {
+        pthread_join(keeper->thread, NULL); /* it has let the mutex go for good */
+        keeper->state = STATE_IDLE;
+    }
+    if (keeper->state == STATE_IDLE) {
+        keeper->options = *options;
+        keeper->share = 0;
+        keeper->reason[0] = '\0';
+        good = pthread_create(&keeper->thread, NULL, measure, keeper) == 0;
+        keeper->state = good ? STATE_MEASURING : STATE_IDLE;
+    }
+    pthread_mutex_unlock(&keeper->mutex);
+    return good;
+}
+
+double report_keeper_progress(struct report_keeper *keeper, char reason[WORK_PRECISION_REASON])
+{
+    pthread_mutex_lock(&keeper->mutex);
+    double share = keeper->state == STATE_MEASURING ? keeper->share : -1;
+    memcpy(reason, keeper->reason, WORK_PRECISION_REASON);
+    keeper->reason[0] = '\0';
+    pthread_mutex_unlock(&keeper->mutex);
+    return share;
+}
+
+/* -------------------------------------------------------------- its thread */
+
+static void set_share(void *context, double share)
+{
+    struct report_keeper *keeper = context;
+    pthread_mutex_lock(&keeper->mutex);
+    keeper->share = share;
+    pthread_mutex_unlock(&keeper->mutex);
+}
+
+static void keep(struct report_keeper *keeper, const struct work_precision *report, char *reason)
+{
+    struct report_new new = name_report(keeper);
+    char *form[REPORT_FORMS] = {work_precision_print_json(report), work_precision_print_csv(report),
+                                work_precision_print_svg(report)};
+    enum store_status status = STORE_OK;
+    bool whole = true;
+    for (int i = 0; i < REPORT_FORMS; i++) {
+        new.form[i] = form[i];
+        whole = whole && form[i];
+    }
+    if (whole)
+        status = store_reports_put(keeper->store, &new);
+    if (!whole || status != STORE_OK)
+        snprintf(reason, WORK_PRECISION_REASON, "%s",
+                 !whole                 ? "out of memory"
+                 : status == STORE_FULL ? "the disk is full"
+                                        : "the store failed, the log says how");
+    for (int i = 0; i < REPORT_FORMS; i++)
+        free(form[i]);
+}
+
+/* In Linux a priority is each thread's own. */
+static void *measure(void *context)
+{
+    struct report_keeper *keeper = context;
+    struct work_precision *report = calloc(1, sizeof *report);
+    struct work_precision_options options = keeper->options;
+    char reason[WORK_PRECISION_REASON] = "out of memory";
+    setpriority(PRIO_PROCESS, (id_t)gettid(), LEAST_URGENT);
+    options.stop = &keeper->stop;
+    options.progress = set_share;
+    options.context = keeper;
+    log_write(LOG_LEVEL_INFO, "report_begun", LOG_FIELDS(log_text("report", "work-precision")));
+    if (report && work_precision_measure(report, &options, reason))
+        keep(keeper, report, reason);
+    free(report);
+    log_write(reason[0] ? LOG_LEVEL_ERROR : LOG_LEVEL_INFO, "report_ended",
+              LOG_FIELDS(log_text("report", "work-precision"), log_text("reason", reason)));
+    pthread_mutex_lock(&keeper->mutex);
+    memcpy(keeper->reason, reason, sizeof reason);
+    keeper->state = STATE_ENDED;
+    pthread_mutex_unlock(&keeper->mutex);
+    return NULL;
+}

@@ -1,0 +1,99 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Error against run time: the service measures it once, on request, and keeps it; it gets out of the
+# way when the daemon ends. And the same on the command line.
+. tests/api/_lib.sh
+WORK=/v1/reports/work-precision
+
+# until_measured [s]: waits for the report (30 s).
+until_measured() {
+    end=$(($(date +%s) + ${1:-30}))
+    while ask GET $WORK && [ "$STATUS" = 202 ]; do
+        [ "$(date +%s)" -lt "$end" ] || return 1
+        sleep 0.05
+    done
+    [ "$STATUS" = 200 ]
+}
+# What a work-precision report is, whatever was measured (contract, section 3).
+shape='(.machine | type) == "object" and (.scenes | length) > 0 and all(.scenes[];
+    (.name | type) == "string" and .job.particles > 0 and (.entries | length) > 0 and
+    (.order | type) == "object" and (.cost_at_tolerance | type) == "object" and
+    all(.entries[]; (.method | type) == "string" and .time_step > 0 and .cost > 0 and
+        ([.energy_error, .density_l1, .contact_error, .stderr.energy_error, .stderr.density_l1,
+          .stderr.contact_error] | all(type == "number")) and
+        (.drift_error != null or (.drift_error_reason | length) > 0)) and
+    ((.order | keys) == ([.entries[].method] | unique)) and
+    ((.cost_at_tolerance | keys) == (.order | keys)))'
+
+daemon_start "$T/data" --workers 1
+ask GET $WORK
+check "the first request starts a measurement" test "$STATUS $TYPE" = "202 application/json"
+check "and says so" holds '.state == "measuring" and .progress >= 0 and .progress <= 1'
+check "with the time to come again" header_is Retry-After 1
+ask GET $WORK.svg
+check "nor is there a picture yet" status_is 202
+ask POST $WORK
+check "a second measurement has to wait" test "$STATUS $TYPE" = "409 application/problem+json"
+before=$(date +%s%N)
+daemon_end TERM
+check "the daemon ends in the midst of it" test "$EXIT" = 0
+check "at once" test $((($(date +%s%N) - before) / 1000000)) -lt 1500
+
+daemon_start "$T/data" --workers 1
+ask POST "$WORK?budget=0"
+check "no budget" test "$STATUS $TYPE" = "400 application/problem+json"
+ask POST "$WORK?budget=nan"
+check "a budget that is no number" status_is 400
+ask POST "$WORK?scene=none"
+check "no such scene" status_is 400
+ask POST "$WORK?method=none&budget=0.01"
+check "no such method" status_is 400
+ask POST "$WORK?speed=1"
+check "no such parameter" status_is 400
+ask GET "$WORK?budget=1"
+check "nor does reading take any" status_is 400
+ask POST "$WORK?scene=sparse&budget=0.002"
+check "a short one is begun" test "$STATUS $TYPE" = "202 application/json"
+daemon_end KILL
+daemon_start "$T/data" --workers 1
+ask POST "$WORK?scene=sparse&method=strang&budget=0.004"
+check "kill -9 leaves nothing in the way" status_is 202
+check "it is measured" until_measured
+check "as JSON" type_is application/json
+check "in the form that is promised" holds "$shape"
+check "of what was asked for" holds '[.scenes[].name] == ["sparse"] and
+    ([.scenes[0].entries[].method] | unique) == ["strang"]'
+cp "$T/body" "$T/report"
+ask GET $WORK.csv
+check "the same as CSV" test "$STATUS $TYPE" = "200 text/csv; charset=utf-8; header=present"
+check "a line for each entry" test "$(($(wc -l <"$T/body") - 1))" = \
+    "$(jq '[.scenes[].entries[]] | length' "$T/report")"
+check "with the same numbers" sh -c '[ "$(tr -d "\r" <"$1" | cut -d , -f 3,4 | tail -n +2)" = \
+    "$(jq -r ".scenes[].entries[] | [.time_step, .cost] | join(\",\")" "$2")" ]' \
+    - "$T/body" "$T/report"
+ask GET $WORK.svg
+check "and as a picture" test "$STATUS $TYPE" = "200 image/svg+xml"
+check "that is XML" xmllint --noout "$T/body"
+check "with four panels" test "$(grep -c 'class="panel"' "$T/body")" = 4
+ask HEAD $WORK --head
+check "its head alone" status_is 200
+daemon_end TERM
+daemon_start "$T/data" --workers 1
+ask GET $WORK
+check "a restart keeps it" status_is 200
+check "to the byte" cmp "$T/body" "$T/report"
+daemon_end TERM
+
+# ---- on the command line
+"$B/bcd" report work-precision --scene sparse --method bcd --budget 0.01 --out "$T/out" >"$T/table" 2>&1
+check "bcd report work-precision" test $? = 0
+cp "$T/out/work-precision.json" "$T/body"
+check "writes the same form" holds "$shape"
+check "and a picture" xmllint --noout "$T/out/work-precision.svg"
+check "prints a table with a row for each entry, then the method's orders" \
+    test "$(grep -c '^sparse *bcd ' "$T/table")" = 6
+"$B/bcd" report work-precision --scene none >"$T/table" 2>&1
+check "no such scene there" test $? = 2
+"$B/bcd" report work-precision --budget nan >"$T/table" 2>&1
+check "nor such a budget" test $? = 2
+finish
