@@ -121,7 +121,7 @@ static struct cluster *right_of(const struct course *course, int64_t contact)
     return &course->work->clusters[lane_next(course->lane, contact)];
 }
 
-/* When the open contact after a cluster's last rod closes ([1] Eq. 13), seen from a time `now`. */
+/* When the open contact after a cluster's last rod closes, seen from a time `now`. */
 static double collision(const struct course *course, int64_t contact, double now)
 {
     const struct lane *lane = course->lane;

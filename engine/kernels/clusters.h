@@ -3,10 +3,10 @@
  * clusters.h - clusters of rods as the papers on Brownian cluster dynamics tell them: what the
  * event by event form (chronological.h) and the premerging form (premerging.h) have in common.
  *
- * A lane holds n rods in reduced coordinates: on a ring y[0] <= ... <= y[n-1] <= y[0] + ell; between
- * walls low <= y[0] <= ... <= y[n-1] <= low + ell. Equal numbers mean contact, across the seam y[n-1]
- * == y[0] + ell. A step is the unit of time: the displacement z - y of a rod left alone is its
- * velocity, and is to its force as the mobility times the time step.
+ * A lane holds n rods in reduced coordinates: on a ring y[0] <= ... <= y[n-1] <= y[0] + ell;
+ * between walls low <= y[0] <= ... <= y[n-1] <= low + ell. Equal numbers mean contact, across the
+ * seam y[n-1] == y[0] + ell. A step is the unit of time: the displacement z - y of a rod left alone
+ * is its velocity, and is to its force as the mobility times the time step.
  */
 #ifndef KERNELS_CLUSTERS_H
 #define KERNELS_CLUSTERS_H
@@ -55,8 +55,9 @@ int64_t lane_start(const struct lane *lane, const double *y);
  * it stands. */
 void lane_move_rigid(const struct lane *lane, const double *y, double *z);
 
-/* y: [n], in order but for rounding, becomes so to the last bit. Between walls rods beyond them come
- * to stand at them: positions in order, then cut off at both ends, are the nearest ones within. */
+/* y: [n], in order but for rounding, becomes so to the last bit. Between walls rods beyond them
+ * come to stand at them: positions in order, then cut off at both ends, are the nearest ones
+ * within. */
 void lane_settle(const struct lane *lane, double *y);
 
 static inline bool cluster_crosses_seam(const struct cluster *c)
@@ -89,8 +90,8 @@ static inline struct cluster cluster_of_one(const double *y, const double *z, in
     return (struct cluster){.first = i, .last = i, .sum = moved, .velocity = moved, .at = y[i]};
 }
 
-/* b, the cluster right of a, joins it: the centre of mass and its motion are kept ([1] Eq. 19, [1] =
- * doi 10.1103/PhysRevE.106.054606). Both at the same time. */
+/* b, the cluster right of a, joins it: the centre of mass and its motion are kept (doi
+ * 10.1103/PhysRevE.106.054606, Eqs. 13-19). Both at the same time. */
 static inline void cluster_join(const struct lane *lane, struct cluster *a, const struct cluster *b)
 {
     double count = cluster_count(lane, a), more = cluster_count(lane, b);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * contact_forces.h - with what force rods in contact push each other while they move as one:
- * doi 10.1103/PhysRevE.106.054606, Eq. 8. The forces that are not shared by the whole cluster add up
- * from its free end.
+ * doi 10.1103/PhysRevE.106.054606, Eq. 8. The forces that are not shared by the whole cluster add
+ * up from its free end.
  */
 #ifndef KERNELS_CONTACT_FORCES_H
 #define KERNELS_CONTACT_FORCES_H
@@ -14,8 +14,8 @@
  * where they are not in contact; never negative. scale: 1 / (mobility * time step).
  *
  * At a wall the cluster is held and pushes add up from the other end. Without room (all rods in
- * contact all the way round, or from wall to wall) pushes are known up to a constant: the least that
- * makes none of them a pull. */
+ * contact all the way round, or from wall to wall) pushes are known up to a constant: the least
+ * that makes none of them a pull. */
 void contact_forces(const struct lane *lane, const double *z, const double *y, double scale,
                     double *force);
 

@@ -9,12 +9,12 @@
  * else it opens), clusters that would collide within the step are merged beforehand, and then every
  * cluster moves as a whole, once.
  *
- * Ours, for we had no access to its text: the order in which pairs are compared. Pieces and clusters
- * are kept in a stack from left to right; a new one is compared with the top and joins it as long as
- * the pair holds or will collide. A pair that will collide is joined at once in its common centre of
- * mass: the position at the end of the step depends on that alone, not on when they meet. The seam of
- * the ring comes last: only the clusters at both ends of the stack can still collide there, and
- * whatever follows from it.
+ * Ours, for we had no access to its text: the order in which pairs are compared. Pieces and
+ * clusters are kept in a stack from left to right; a new one is compared with the top and joins it
+ * as long as the pair holds or will collide. A pair that will collide is joined at once in its
+ * common centre of mass: the position at the end of the step depends on that alone, not on when
+ * they meet. The seam of the ring comes last: only the clusters at both ends of the stack can still
+ * collide there, and whatever follows from it.
  *
  * The result is that of isotonic.h up to rounding.
  */

@@ -10,8 +10,8 @@
  * With noise the force of a single step is what holds back displacements of sqrt(2 D h): its
  * distribution widens as h^(-1/2), and the share of neighbours that push falls as h^(1/2). The mean
  * over all pairs converges. In equilibrium it is kT times the probability density of gap 0, the
- * pressure of the walls that neighbours are to each other, but for what the method does to contacts:
- * rods that seem shorter by 1.165 sqrt(D h) push less.
+ * pressure of the walls that neighbours are to each other, but for what the method does to
+ * contacts: rods that seem shorter by 1.165 sqrt(D h) push less.
  */
 #include "part.h"
 #include "table.h"
@@ -155,10 +155,9 @@ static void note_extras(const struct moments *moments, size_t bins, struct bcd_t
         double samples = moments->samples[bins + k];
         table_note_number(table, names[k], samples > 0 ? moments->mean[bins + k] : NAN);
         if (k == MEAN)
-            table_note_number(table, "mean_force_stderr",
-                              samples > 1
-                                  ? sqrt(moments->square[bins + k] / (samples * (samples - 1)))
-                                  : NAN);
+            table_note_number(
+                table, "mean_force_stderr",
+                samples > 1 ? sqrt(moments->square[bins + k] / (samples * (samples - 1))) : NAN);
     }
 }
 
@@ -183,8 +182,9 @@ const struct observable_type observable_contact_force = {
     .value = "probability_density",
     .dynamic = true,
     .contact_forces = true,
-    .no_time_step_error = "forces within one step have no limit with noise: they grow as time_step^(-1/2) "
-                          "and fewer neighbours push; their mean converges",
+    .no_time_step_error =
+        "forces within one step have no limit with noise: they grow as time_step^(-1/2) "
+        "and fewer neighbours push; their mean converges",
     .count = force_count,
     .memory = force_memory,
     .begin = force_begin,

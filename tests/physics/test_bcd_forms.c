@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The three forms of the BCD step as methods, with the engine's noise and forces: step by step from
- * the same state they end in the same one but for rounding, and exert the same contact forces; so do
- * long runs of their own, for the step brings no two rings further apart than their forces do. */
+ * the same state they end in the same one but for rounding, and exert the same contact forces; so
+ * do long runs of their own, for the step brings no two rings further apart than their forces do.
+ */
 #include "support/experiment.h"
 #include "kernels/clusters.h"
 #include "part.h"
@@ -181,8 +182,7 @@ static void test_step_by_step(void **state)
         race_begin(&race, scenes[s], 3);
         int64_t steps = race.plan->particles > 100 ? 60 : 3000;
         double worst = run_in_step(&race, steps);
-        printf("# scene %d: %.1f ulp at worst, %d contacts in all\n", s, worst,
-               (int)race.contacts);
+        printf("# scene %d: %.1f ulp at worst, %d contacts in all\n", s, worst, (int)race.contacts);
         assert_true(worst <= 32);
         assert_int_equal(race.contacts > steps / 10, race.plan->particles > 1);
         race_end(&race);

@@ -9,6 +9,7 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -147,8 +148,8 @@ static struct answer measure(const char *scene, const char *method, double step,
     return a;
 }
 
-/* Errors fall as sqrt(h): twice the value at h / 4 less that at h is free of them. `slack`, a share,
- * is left for errors of order h. */
+/* Errors fall as sqrt(h): twice the value at h / 4 less that at h is free of them. `slack`, a
+ * share, is left for errors of order h. */
 static void check_limit(const struct answer *coarse, const struct answer *fine, double exact,
                         double slack)
 {
@@ -171,7 +172,8 @@ static void test_pressure_of_free_rods(void **state)
     (void)state;
     const char *scene = "'particles': 8, 'length': 10, 'diameter': 0.75, 'temperature': 0.5, "
                         "'mobility': 2";
-    struct answer coarse = measure(scene, "auto", 1e-3, 40), fine = measure(scene, "bcd", 2.5e-4, 40);
+    struct answer coarse = measure(scene, "auto", 1e-3, 40),
+                  fine = measure(scene, "bcd", 2.5e-4, 40);
     assert_within(coarse.mean, 3.5 / (4 + 8 * 1.165 * sqrt(1e-3)), coarse.error, 5, 0);
     assert_within(fine.mean, 3.5 / (4 + 8 * 1.165 * sqrt(2.5e-4)), fine.error, 5, 0);
     check_limit(&coarse, &fine, 3.5 / 4, 0.01);
@@ -186,10 +188,11 @@ static void test_pressure_of_free_rods(void **state)
 static double exact_pressure(const char *scene)
 {
     struct experiment e = experiment_run(
-        experiment_scene("{%s, 'method': 'bcd', 'initial': 'lattice', 'time_step': 1e-4, 'time': "
-                         "1e-4, 'time_step_error': 'skipped', 'observables': {'density': {'bins': "
-                         "1}, 'contact_density': {'bins': 1, 'gap': 1e-7}}, 'stability': 'ignored'}",
-                         scene),
+        experiment_scene(
+            "{%s, 'method': 'bcd', 'initial': 'lattice', 'time_step': 1e-4, 'time': "
+            "1e-4, 'time_step_error': 'skipped', 'observables': {'density': {'bins': "
+            "1}, 'contact_density': {'bins': 1, 'gap': 1e-7}}, 'stability': 'ignored'}",
+            scene),
         0);
     struct bcd_table *d = experiment_table(&e, "density"),
                      *c = experiment_table(&e, "contact_density");
@@ -241,7 +244,8 @@ static void test_other_methods_are_refused(void **state)
     }
 }
 
-/* A run that is asked for its forces goes the same way as one that is not, in slices of any size. */
+/* A run that is asked for its forces goes the same way as one that is not, in slices of any size.
+ */
 static void test_looking_does_not_disturb(void **state)
 {
     (void)state;
@@ -266,6 +270,37 @@ static void test_looking_does_not_disturb(void **state)
     }
 }
 
+/* A run stopped in the middle of a block and taken up by another one ends in the same bytes. */
+static void test_checkpoint_keeps_the_block(void **state)
+{
+    (void)state;
+    struct bcd_scene *scene = experiment_scene(
+        "{'particles': 9, 'length': 12, 'diameter': 0.9, 'method': 'bcd', 'time_step': 1e-3, "
+        "'time': 1, 'observables': {'contact_force': {'bins': 7}}}");
+    struct bcd_run *whole = NULL, *first = NULL, *second = NULL;
+    assert_int_equal(bcd_run_create(&whole, scene, 0, NULL), BCD_OK);
+    assert_int_equal(bcd_run_create(&first, scene, 0, NULL), BCD_OK);
+    assert_int_equal(bcd_run_create(&second, scene, 0, NULL), BCD_OK);
+    int64_t total = bcd_run_ticks_total(whole);
+    size_t size = bcd_run_checkpoint_size(first);
+    unsigned char *checkpoint = malloc(size);
+    assert_non_null(checkpoint);
+    assert_int_equal(bcd_run_advance(whole, total, NULL), BCD_OK);
+    assert_int_equal(bcd_run_advance(first, total / 3, NULL), BCD_OK);
+    bcd_run_save(first, checkpoint);
+    assert_int_equal(bcd_run_restore(second, checkpoint, size, NULL), BCD_OK);
+    assert_int_equal(bcd_run_advance(second, total, NULL), BCD_OK);
+
+    size_t bytes = bcd_tally_size(bcd_run_tally(whole));
+    unsigned char *a = malloc(bytes), *b = malloc(bytes);
+    bcd_tally_save(bcd_run_tally(whole), a);
+    bcd_tally_save(bcd_run_tally(second), b);
+    assert_memory_equal(a, b, bytes);
+    free(a), free(b), free(checkpoint);
+    bcd_run_free(whole), bcd_run_free(first), bcd_run_free(second);
+    bcd_scene_free(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -276,6 +311,7 @@ int main(void)
         cmocka_unit_test(test_pressure_in_a_field),
         cmocka_unit_test(test_other_methods_are_refused),
         cmocka_unit_test(test_looking_does_not_disturb),
+        cmocka_unit_test(test_checkpoint_keeps_the_block),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

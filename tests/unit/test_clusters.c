@@ -138,8 +138,8 @@ static void check_slow_reference(const struct bench *b, int form)
             complain(b, form, "not where the slow reference puts the rods");
 }
 
-/* What the two rods or the wall beside it do to rod i makes up for all that z - out lacks, no contact
- * pulls, and only contacts push: the conditions of Karush, Kuhn and Tucker. */
+/* What the two rods or the wall beside it do to rod i makes up for all that z - out lacks, no
+ * contact pulls, and only contacts push: the conditions of Karush, Kuhn and Tucker. */
 static void check_forces(struct bench *b, int form)
 {
     const struct lane *lane = &b->lane;
@@ -229,8 +229,9 @@ static void test_little_or_no_room(void **state)
         }
 }
 
-/* A ring far beyond the others' size, sparse and as one cluster: ends, soon, and agrees. Rods flying
- * apart break off one by one: the worst case of the event by event form, with fewer of them. */
+/* A ring far beyond the others' size, sparse and as one cluster: ends, soon, and agrees. Rods
+ * flying apart break off one by one: the worst case of the event by event form, with fewer of them.
+ */
 static void test_many_rods(void **state)
 {
     (void)state;
@@ -257,8 +258,8 @@ static void test_many_rods(void **state)
     bench_close(&b);
 }
 
-/* Known by hand: rods 1, 2, 3 of four are driven together with displacements 3, 0, -3, from contact,
- * across the seam; the fourth stands apart. */
+/* Known by hand: rods 1, 2, 3 of four are driven together with displacements 3, 0, -3, from
+ * contact, across the seam; the fourth stands apart. */
 static void test_forces_by_hand(void **state)
 {
     (void)state;
@@ -284,10 +285,8 @@ static void test_forces_by_hand(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rings_and_lines),
-        cmocka_unit_test(test_far_from_the_origin),
-        cmocka_unit_test(test_little_or_no_room),
-        cmocka_unit_test(test_many_rods),
+        cmocka_unit_test(test_rings_and_lines),   cmocka_unit_test(test_far_from_the_origin),
+        cmocka_unit_test(test_little_or_no_room), cmocka_unit_test(test_many_rods),
         cmocka_unit_test(test_forces_by_hand),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -21,7 +21,8 @@ struct step_limit bcd_time_step(const struct plan *plan)
     const double gap_share = 0.25;
     struct step_limit limit = {INFINITY, "nothing"};
     step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
-    double gap = plan->free_length / (double)plan->particles, reach = plan->tolerance * gap / gap_share;
+    double gap = plan->free_length / (double)plan->particles,
+           reach = plan->tolerance * gap / gap_share;
     if (plan->particles > 1 && plan->diffusion > 0 && gap > 0)
         step_limit(&limit, reach * reach / (4 * plan->diffusion), "mean gap between rods");
     return limit;
@@ -38,8 +39,8 @@ void bcd_step_advance(struct sim *sim, struct bcd_step *step, bcd_resolver *reso
     }
 }
 
-/* The next step on copies: its noise is a function of the tick, so that looking ahead leaves the run
- * as it is. */
+/* The next step on copies: its noise is a function of the tick, so that looking ahead leaves the
+ * run as it is. */
 void bcd_step_contact_forces(const struct sim *sim, struct bcd_step *step, bcd_resolver *resolve,
                              double *force)
 {

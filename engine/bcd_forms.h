@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * bcd_forms.h - what the three forms of the BCD step share. They differ in how displaced rods are
- * brought back into order, and not in the result but for rounding: one isotonic regression (bcd.c),
- * collisions event by event (bcd_chronological.c), premerging (bcd_premerging.c).
+ * brought back into order, and not in the result but for rounding: one isotonic regression
+ * (methods/bcd.c), collisions event by event (bcd_chronological.c), premerging (bcd_premerging.c).
  */
-#ifndef METHODS_BCD_FORMS_H
-#define METHODS_BCD_FORMS_H
+#ifndef BCD_FORMS_H
+#define BCD_FORMS_H
 
 #include "part.h"
 #include "proposal.h"
