@@ -11,8 +11,8 @@
  *          force it has there: positions that noise or a random start put too close are pushed
  *          apart by bounded steps, and no distance gives infinities. The distance is the largest
  *          below which everywhere
- *            - the energy is 20 kT above that at the mean distance L/N (its tangent, where rods
- *              repel each other there): a weight of 2e-9,
+ *            - the energy is 15 kT above that at the mean distance L/N (its tangent, where rods
+ *              repel each other there): a weight of 3e-7,
  *            - the force is twice what field, drag and neighbours can press with.
  *          Without noise the first says nothing: there it is half the mean distance (or half the
  *          cutoff). Never below the diameter; rods whose repulsion at contact is weaker than that
@@ -35,6 +35,7 @@ struct central {
     const struct central_law *law;
     double cutoff, diameter, shift;
     double nearest, nearest_energy, nearest_force; /* V (shifted) and F at that distance */
+    double stiff; /* the same at 5 kT: steps must resolve what lies beyond */
     bool flat;                                     /* no force anywhere */
 };
 

@@ -152,7 +152,7 @@ static void test_energies_and_forces_are_those_of_the_formulas(void **state)
     }
 }
 
-/* Repulsion goes straight on only where the energy is 20 kT, and at half the mean distance without
+/* Repulsion goes straight on only where the energy is 15 kT, and at half the mean distance without
  * noise; weaker laws and hard rods feel the formula down to contact. */
 static void test_where_the_force_no_longer_grows(void **state)
 {
@@ -161,12 +161,12 @@ static void test_where_the_force_no_longer_grows(void **state)
                      *rods = scene_of(&laws[0], 2, 40, "periodic"),
                      *dense = scene_of(&laws[1], 400, 40, "periodic");
     double sparse = nearest_of(&points->plan);
-    assert_within(yukawa(sparse) - yukawa(2.1), 20, 0, 0, 0.25);
+    assert_within(yukawa(sparse) - yukawa(2.1), 15, 0, 0, 0.2);
     assert_true(nearest_of(&rods->plan) <= 0.4);
     /* A tenth apart: V(.1) is 12 kT and pressure lets rods come closer than alone. */
     double crowded = nearest_of(&dense->plan);
     double excess = yukawa(crowded) - yukawa(0.1) + yukawa_slope(0.1) * (0.1 - crowded);
-    assert_within(excess, 20, 0, 0, 0.4);
+    assert_within(excess, 15, 0, 0, 0.3);
     assert_true(crowded < sparse);
     bcd_scene_free(points), bcd_scene_free(rods), bcd_scene_free(dense);
     struct bcd_scene *cold = experiment_scene(
