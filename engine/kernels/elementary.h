@@ -262,10 +262,55 @@ static inline double tanh_any(double x)
     return x == x ? r : NAN;
 }
 
-/* x^a for x >= 0: relative error about |a ln x| 2^-53. NaN for x < 0. */
+/* What rounding took from the product a b, exactly; |a|, |b| below 1e150. T. J. Dekker, Numer. Math.
+ * 18, 224 (1971), doi 10.1007/BF01397083. */
+static inline double product_rest(double a, double b, double product)
+{
+    const double splitter = 134217729.0; /* 2^27 + 1 */
+    double a_high = a * splitter - (a * splitter - a), a_low = a - a_high;
+    double b_high = b * splitter - (b * splitter - b), b_low = b - b_high;
+    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;
+}
+
+/* ln x for normal positive x as a sum of two: log_normal with the rests of its largest terms, to
+ * about 2^-60. */
+static inline double log_normal_pair(double x, double *rest)
+{
+    const uint64_t sqrt_half = 0x3fe6a09e667f3bcdu, one = 0x3ff0000000000000u;
+    const double ln2_high = 0x1.62e42fefa3800p-1, ln2_low = 0x1.ef35793c76730p-45;
+    uint64_t shifted = to_bits(x) + (one - sqrt_half);
+    double e = from_bits((shifted >> 52) | 0x4330000000000000u) - (4503599627370496.0 + 1023.0);
+    double m = from_bits((shifted & 0x000fffffffffffffu) + sqrt_half);
+    double above = m + 1.0, above_rest = m - (above - 1.0);
+    double s = (m - 1.0) / above, back = s * above;
+    double s_rest =
+        (((m - 1.0) - back) - product_rest(s, above, back) - s * above_rest) / above;
+    double z = s * s;
+    double p = 0x1.2b5fb9f34d9dep-3;
+    p = p * z + 0x1.39fdb9a93a519p-3;
+    p = p * z + 0x1.7462ba254dcfbp-3;
+    p = p * z + 0x1.c71c62d046370p-3;
+    p = p * z + 0x1.2492492e03df2p-2;
+    p = p * z + 0x1.9999999995224p-2;
+    p = p * z + 0x1.5555555555558p-1;
+    /* |e ln 2| > |2 s| unless e is 0: then the sum is exact. */
+    double whole = e * ln2_high, sum = whole + 2.0 * s;
+    double small = (2.0 * s - (sum - whole)) + (s * z * p + (2.0 * s_rest + e * ln2_low));
+    double high = sum + small;
+    *rest = small - (high - sum);
+    return high;
+}
+
+/* x^a for x >= 0: to 3 units in the last place while |a ln x| < 50, to 32 at the ends of the
+ * numbers. NaN for x < 0. */
 static inline double power_any(double x, double a)
 {
-    double p = exp_any(a * log_any(x));
+    int normal = x >= 0x1p-1022 && x < INFINITY && absolute(a) < 1e150;
+    double rest, high = log_normal_pair(normal ? x : 1, &rest);
+    double y = a * (normal ? high : log_any(x));
+    double y_rest = product_rest(normal ? a : 0, high, normal ? y : 0) + (normal ? a * rest : 0);
+    double e = exp_any(y);
+    double p = normal && absolute(y) < 800 ? e + e * y_rest : e;
     return a == 0 ? 1 : p;
 }
 

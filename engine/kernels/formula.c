@@ -14,7 +14,7 @@ enum { COMPLAINT = 160, NAME_MAX_SHOWN = 24 };
 
 /* An operator, function or bracket waiting for its operands. */
 struct pending {
-    int code;      /* enum formula_code, or one of the two below */
+    int code; /* enum formula_code, or one of the two below */
     int precedence;
     size_t at;     /* where it stands in the text */
     int arguments; /* of a bracket: those that are complete; -1 = not a function's */
@@ -28,8 +28,8 @@ struct parser {
     char *complaint; /* [COMPLAINT]; "" = all well */
     bool operand_next;
     struct formula *formula;
-    int operands;                   /* on the stack when the code so far has run */
-    int starts[FORMULA_STACK_MAX];  /* where the code of each begins */
+    int operands;                  /* on the stack when the code so far has run */
+    int starts[FORMULA_STACK_MAX]; /* where the code of each begins */
     int waiting;
     struct pending pending[FORMULA_LENGTH_MAX + 1];
 };
@@ -345,8 +345,10 @@ static void read_operator(struct parser *p)
         char sign;
         enum formula_code code;
         int precedence;
-    } operators[] = {{'+', CODE_ADD, SUMS},          {'-', CODE_SUBTRACT, SUMS},
-                     {'*', CODE_MULTIPLY, PRODUCTS}, {'/', CODE_DIVIDE, PRODUCTS},
+    } operators[] = {{'+', CODE_ADD, SUMS},
+                     {'-', CODE_SUBTRACT, SUMS},
+                     {'*', CODE_MULTIPLY, PRODUCTS},
+                     {'/', CODE_DIVIDE, PRODUCTS},
                      {'^', CODE_POWER, POWERS}};
     char c = p->text[p->at];
     if (c == ')') {

@@ -12,11 +12,30 @@ enum formula_code {
     CODE_CONSTANT, /* pushes the operand */
     CODE_VARIABLE, /* pushes the variable */
     /* Take the top of the stack and, where they need one, the operand. */
-    CODE_SCALE, CODE_SHIFT, CODE_RAISE, /* f * operand, f + operand, f ^ operand */
-    CODE_SIN, CODE_COS, CODE_TAN, CODE_ASIN, CODE_ACOS, CODE_ATAN, CODE_SINH, CODE_COSH, CODE_TANH,
-    CODE_EXP, CODE_LOG, CODE_SQRT, CODE_ABS,
+    CODE_SCALE, /* f * operand */
+    CODE_SHIFT, /* f + operand */
+    CODE_RAISE, /* f ^ operand */
+    CODE_SIN,
+    CODE_COS,
+    CODE_TAN,
+    CODE_ASIN,
+    CODE_ACOS,
+    CODE_ATAN,
+    CODE_SINH,
+    CODE_COSH,
+    CODE_TANH,
+    CODE_EXP,
+    CODE_LOG,
+    CODE_SQRT,
+    CODE_ABS,
     /* Take two. */
-    CODE_ADD, CODE_SUBTRACT, CODE_MULTIPLY, CODE_DIVIDE, CODE_POWER, CODE_MIN, CODE_MAX,
+    CODE_ADD,
+    CODE_SUBTRACT,
+    CODE_MULTIPLY,
+    CODE_DIVIDE,
+    CODE_POWER,
+    CODE_MIN,
+    CODE_MAX,
     CODES
 };
 

@@ -319,15 +319,18 @@ static void step_max(struct slot *top, double operand, int n)
 static step_function *function_of(enum formula_code code)
 {
     static step_function *const functions[CODES] = {
-        [CODE_CONSTANT] = push_constant, [CODE_SCALE] = step_scale,  [CODE_SHIFT] = step_shift,
-        [CODE_RAISE] = step_raise,       [CODE_SIN] = step_sin,      [CODE_COS] = step_cos,
-        [CODE_TAN] = step_tan,           [CODE_ASIN] = step_asin,    [CODE_ACOS] = step_acos,
-        [CODE_ATAN] = step_atan,         [CODE_SINH] = step_sinh,    [CODE_COSH] = step_cosh,
-        [CODE_TANH] = step_tanh,         [CODE_EXP] = step_exp,      [CODE_LOG] = step_log,
-        [CODE_SQRT] = step_sqrt,         [CODE_ABS] = step_abs,      [CODE_ADD] = step_add,
+        [CODE_CONSTANT] = push_constant, [CODE_SCALE] = step_scale,
+        [CODE_SHIFT] = step_shift,       [CODE_RAISE] = step_raise,
+        [CODE_SIN] = step_sin,           [CODE_COS] = step_cos,
+        [CODE_TAN] = step_tan,           [CODE_ASIN] = step_asin,
+        [CODE_ACOS] = step_acos,         [CODE_ATAN] = step_atan,
+        [CODE_SINH] = step_sinh,         [CODE_COSH] = step_cosh,
+        [CODE_TANH] = step_tanh,         [CODE_EXP] = step_exp,
+        [CODE_LOG] = step_log,           [CODE_SQRT] = step_sqrt,
+        [CODE_ABS] = step_abs,           [CODE_ADD] = step_add,
         [CODE_SUBTRACT] = step_subtract, [CODE_MULTIPLY] = step_multiply,
-        [CODE_DIVIDE] = step_divide,     [CODE_POWER] = step_power,  [CODE_MIN] = step_min,
-        [CODE_MAX] = step_max,
+        [CODE_DIVIDE] = step_divide,     [CODE_POWER] = step_power,
+        [CODE_MIN] = step_min,           [CODE_MAX] = step_max,
     };
     return functions[code];
 }
@@ -342,8 +345,7 @@ static void push_variable(struct slot *top, const double *x, int count, int n)
 }
 
 /* The result stands in stack[0]. */
-static void run_block(const struct formula *formula, const double *x, int count,
-                      struct slot *stack)
+static void run_block(const struct formula *formula, const double *x, int count, struct slot *stack)
 {
     int n = (count + LANES - 1) / LANES * LANES, depth = 0;
     for (int i = 0; i < formula->count; i++) {

@@ -198,8 +198,7 @@ double spline_sum(const struct spline *spline, const struct spline_points *point
     int64_t n = points->count, whole = n - n % LANES;
     for (int64_t i = 0; i < whole; i += LANES)
         for (int j = 0; j < LANES; j++)
-            sum[j] +=
-                value_at(spline, &unit, y[i + j] + ((double)i + (double)j) * diameter);
+            sum[j] += value_at(spline, &unit, y[i + j] + ((double)i + (double)j) * diameter);
     for (int64_t i = whole; i < n; i++)
         sum[i - whole] += value_at(spline, &unit, y[i] + (double)i * diameter);
     return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));

@@ -9,7 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Value at x = from + (k + t) * step, 0 <= t < 1:  c[4k] + t (c[4k+1] + t (c[4k+2] + t c[4k+3])). */
+/* Value at x = from + (k + t) * step, 0 <= t < 1:  c[4k] + t (c[4k+1] + t (c[4k+2] + t c[4k+3])).
+ */
 struct spline {
     double from, step;
     size_t pieces;

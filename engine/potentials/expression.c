@@ -47,8 +47,8 @@ static const struct bcd_param expression_params[] = {
  * show at them go unseen. */
 
 enum { SCAN = 4096, ZOOM = 64 };
-static const double jump_share = 1e-6; /* of the span of U, of the largest |U'|: smaller ones pass */
-static const double rounding = 1e-12;  /* of the largest |U| */
+static const double jump_share = 1e-6; /* of max U - min U, of max |U'|: smaller ones pass */
+static const double rounding = 1e-12;  /* of max |U| */
 static const double narrowest = 1e-10; /* of the range: whatever changes within is a jump */
 
 struct point {
@@ -57,10 +57,10 @@ struct point {
 
 struct scan {
     const struct formula *formula;
-    double range;                     /* high - low */
-    double steepest;                  /* max |U'| */
-    double energy_jump, slope_jump;   /* what is no rounding any more */
-    double curvature_max, sharpest;   /* max |U''| and where */
+    double range;                   /* high - low */
+    double steepest;                /* max |U'| */
+    double energy_jump, slope_jump; /* what is no rounding any more */
+    double curvature_max, sharpest; /* max |U''| and where */
 };
 
 static struct point look(struct scan *scan, double x)
@@ -136,8 +136,7 @@ static bool scan_scales(struct scan *scan, const struct expression_par *p,
     double span = most - least, mean_slope = scan->range > 0 ? span / scan->range : 0;
     double unit_slope = scan->range > 0 ? largest / scan->range : 0;
     scan->energy_jump = fmax(jump_share * span, rounding * largest);
-    scan->slope_jump =
-        fmax(jump_share * fmax(scan->steepest, mean_slope), rounding * unit_slope);
+    scan->slope_jump = fmax(jump_share * fmax(scan->steepest, mean_slope), rounding * unit_slope);
     return true;
 }
 
@@ -151,9 +150,11 @@ static void scan_jumps(struct scan *scan, const struct expression_par *p,
     for (int i = 1; i <= SCAN; i++) {
         struct point at = look(scan, scan_place(p, i));
         if (finds_jump(scan, before, at, &x)) {
-            group_fault(group, "energy", errors,
-                        "energy and force must be continuous, but jump at x = %.9g: no time step "
-                        "resolves that; round it off over a finite length", x);
+            group_fault(
+                group, "energy", errors,
+                "energy and force must be continuous, but jump at x = %.9g, within %.3g: no "
+                "time step resolves that; round it off over a finite length",
+                x, narrowest * scan->range);
             return;
         }
         before = at;

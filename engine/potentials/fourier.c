@@ -75,7 +75,8 @@ static inline void polynomial_at(const struct polynomial *p, const double *u, in
 }
 
 /* Places of rods start .. start + n - 1 in turns. */
-static inline void turns_of(const struct rods *rods, int64_t start, int n, double inverse, double *u)
+static inline void turns_of(const struct rods *rods, int64_t start, int n, double inverse,
+                            double *u)
 {
     double base = (double)start;
     for (int j = 0; j < n; j++)

@@ -121,7 +121,8 @@ static void test_many_fourier_terms(void **state)
     }
     struct bcd_scene *scene = experiment_scene(
         RING "'potential': {'type': 'fourier', 'cosine': [%s], 'sine': [%s]}, 'observables': "
-             "{'energy': {}}}", cosine, sine);
+             "{'energy': {}}}",
+        cosine, sine);
     for (double x = 0; x < 1; x += 1.0 / 20021) {
         double u = 0, f = 0, curvature = 0;
         for (int k = 0; k < TERMS; k++) {
@@ -174,13 +175,15 @@ static void test_forces_are_slopes(void **state)
 {
     (void)state;
     check_field(ring_with("{'type': 'fourier', 'wavelength': 2.5, 'cosine': [0, 1, -0.3], 'sine': "
-                          "[2]}"), -3, 7);
+                          "[2]}"),
+                -3, 7);
     check_field(ring_with("{'type': 'table', 'period': 5, 'values': [0, 3, 1, -2, 0.5, 4]}"), -6,
                 9);
     check_field(ring_with("{'type': 'expression', 'energy': '16*x^2*(2-x)^2', 'period': 2}"), -2,
                 4);
     check_field(ring_with("{'type': 'expression', 'energy': 'exp(sin(0.4*pi*x))/2 + "
-                          "max(0, cos(0.4*pi*x))^3', 'period': 5}"), 0, 10);
+                          "max(0, cos(0.4*pi*x))^3', 'period': 5}"),
+                0, 10);
     check_field(walls_with("{'type': 'expression', 'energy': '1/x^3 + (x - 5)^2/4'}"), 0.25, 9.75);
     check_field(walls_with("{'type': 'fourier', 'wavelength': 3, 'sine': [2]}"), 0.25, 9.75);
 }
@@ -189,13 +192,13 @@ static void test_forces_are_slopes(void **state)
 static void test_rounding_passes(void **state)
 {
     (void)state;
-    static const char *const formulas[] = {"sin(2*pi*x)^2 + cos(2*pi*x)^2", "1e5 + cos(20*pi*x)",
-                                           "1e-300*cos(2*pi*x)", "cos(2*pi*x) + 1e7 - 1e7",
-                                           "cos(2*pi*x)^63", "max(cos(2*pi*x), 0)^2"};
+    static const char *const formulas[] = {
+        "sin(2*pi*x)^2 + cos(2*pi*x)^2", "1e5 + cos(20*pi*x)", "1e-300*cos(2*pi*x)",
+        "cos(2*pi*x) + 1e7 - 1e7",       "cos(2*pi*x)^63",     "max(cos(2*pi*x), 0)^2"};
     for (size_t i = 0; i < sizeof formulas / sizeof *formulas; i++) {
         char potential[200];
-        snprintf(potential, sizeof potential,
-                 "{'type': 'expression', 'energy': '%s', 'period': 1}", formulas[i]);
+        snprintf(potential, sizeof potential, "{'type': 'expression', 'energy': '%s', 'period': 1}",
+                 formulas[i]);
         bcd_scene_free(ring_with(potential));
     }
 }
@@ -204,8 +207,8 @@ static void test_rounding_passes(void **state)
 static void test_sharp_bends_are_found(void **state)
 {
     (void)state;
-    struct bcd_scene *scene = walls_with(
-        "{'type': 'expression', 'energy': 'sqrt((x - 3.3333)^2 + 1e-8)', 'period': 0}");
+    struct bcd_scene *scene =
+        walls_with("{'type': 'expression', 'energy': 'sqrt((x - 3.3333)^2 + 1e-8)', 'period': 0}");
     assert_within(curvature_of(scene), 1e4, 0, 0, 200);
     bcd_scene_free(scene);
     scene = walls_with("{'type': 'expression', 'energy': '0.01*tanh(1e4*(x - 7.77))'}");
@@ -221,7 +224,9 @@ static double final_energy(const char *potential, const char *method)
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 9, 'length': 12, 'diameter': 0.7, 'potential': %s, "
                          "'method': '%s', 'time_step': 1e-4, 'time': 0.05, 'sample_every': 0.05, "
-                         "'observables': {'energy': {}}}", potential, method), 0);
+                         "'observables': {'energy': {}}}",
+                         potential, method),
+        0);
     struct bcd_table *u = experiment_table(&e, "energy");
     double value = column_of(u, BCD_ROLE_VALUE)[0];
     bcd_table_free(u);
@@ -238,7 +243,9 @@ static void test_same_noise_same_run(void **state)
         assert_within(final_energy("{'type': 'fourier', 'cosine': [3]}", methods[i]), cosine, 0, 0,
                       1e-11);
         assert_within(final_energy("{'type': 'expression', 'energy': '3*cos(2*pi*x)', 'period': "
-                                   "1}", methods[i]), cosine, 0, 0, 1e-11);
+                                   "1}",
+                                   methods[i]),
+                      cosine, 0, 0, 1e-11);
     }
 }
 
@@ -250,7 +257,9 @@ static void check_equilibrium(const char *potential)
         experiment_scene("{'particles': 8, 'length': 10, 'diameter': 0.8, 'potential': %s, "
                          "'method': 'strang', 'equilibration_time': 1, 'time': 20, 'realizations': "
                          "16, 'observables': {'energy': {}, 'density': {'bins': 8}, 'current': "
-                         "{}}}", potential), 0);
+                         "{}}}",
+                         potential),
+        0);
     static const char *const names[] = {"energy", "density"};
     for (int i = 0; i < 2; i++) {
         struct bcd_table *t = experiment_table(&e, names[i]);
@@ -287,7 +296,8 @@ static void test_equipartition_between_walls(void **state)
         experiment_scene("{'particles': 1, 'length': 2, 'diameter': 0.2, 'boundary': 'walls', "
                          "'potential': {'type': 'expression', 'energy': '60*(x-0.9)^2'}, 'method': "
                          "'strang', 'time_step': 5e-4, 'equilibration_time': 0.2, 'time': 20, "
-                         "'realizations': 60, 'observables': {'energy': {}}}"), 0);
+                         "'realizations': 60, 'observables': {'energy': {}}}"),
+        0);
     struct bcd_table *u = experiment_table(&e, "energy");
     assert_within(column_of(u, BCD_ROLE_VALUE)[0], 0.5, column_of(u, BCD_ROLE_STDERR)[0], 5,
                   column_of(u, BCD_ROLE_TIME_STEP_ERROR)[0]);
@@ -301,7 +311,9 @@ static double energy_at_rest(const char *setting)
 {
     struct experiment e = experiment_run(
         experiment_scene("{%s, 'temperature': 0, 'method': 'strang', 'equilibration_time': 20, "
-                         "'time': 0.1, 'observables': {'energy': {}}}", setting), 0);
+                         "'time': 0.1, 'observables': {'energy': {}}}",
+                         setting),
+        0);
     struct bcd_table *u = experiment_table(&e, "energy");
     double value = column_of(u, BCD_ROLE_VALUE)[0];
     bcd_table_free(u);
@@ -316,19 +328,23 @@ static void test_rods_come_to_rest_in_minima(void **state)
     for (double x = 0; x < 1; x += 1e-6)
         minimum = fmin(minimum, 2 * sin(2 * M_PI * x) + 0.2 * sin(4 * M_PI * x));
     assert_within(energy_at_rest("'particles': 1, 'length': 3, 'potential': {'type': 'fourier', "
-                                 "'sine': [2, 0.2]}"), minimum, 0, 0, 1e-9);
+                                 "'sine': [2, 0.2]}"),
+                  minimum, 0, 0, 1e-9);
     assert_within(energy_at_rest("'particles': 1, 'length': 3, 'potential': {'type': 'expression', "
                                  "'energy': '2*sin(2*pi*x) + 0.2*sin(4*pi*x)', 'period': 1}"),
                   minimum, 0, 0, 1e-9);
     assert_within(energy_at_rest("'particles': 1, 'length': 8, 'potential': {'type': 'table', "
-                                 "'period': 4, 'values': [1, 0, 1, 2]}"), 0, 0, 0, 1e-9);
+                                 "'period': 4, 'values': [1, 0, 1, 2]}"),
+                  0, 0, 0, 1e-9);
     assert_within(energy_at_rest("'particles': 3, 'length': 6, 'diameter': 0.5, 'boundary': "
                                  "'walls', 'potential': {'type': 'expression', 'energy': "
-                                 "'(x - 2)^2'}"), 0.5 / 3, 0, 0, 1e-9);
+                                 "'(x - 2)^2'}"),
+                  0.5 / 3, 0, 0, 1e-9);
     /* A wall is in the way: centres no nearer than half a diameter. */
     assert_within(energy_at_rest("'particles': 1, 'length': 6, 'diameter': 0.5, 'boundary': "
                                  "'walls', 'potential': {'type': 'expression', 'energy': "
-                                 "'(x + 1)^2'}"), 1.25 * 1.25, 0, 0, 1e-12);
+                                 "'(x + 1)^2'}"),
+                  1.25 * 1.25, 0, 0, 1e-12);
 }
 
 /* ----------------------------------------------------------------- refusals */

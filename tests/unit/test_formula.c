@@ -50,15 +50,18 @@ static void test_precedence(void **state)
         const char *text;
         double value; /* at x = 2 */
     } cases[] = {
-        {"1+2*3", 7},       {"(1+2)*3", 9},     {"2^3^2", 512},   {"-x^2", -4},
-        {"(-x)^2", 4},      {"2^-1", 0.5},      {"2^-x*4", 1},    {"8/4/2", 1},
-        {"8-4-2", 2},       {"--x", 2},         {"-+-x", 2},      {"3--x", 5},
-        {"2*-x", -4},       {"1 - 2 - x", -3},  {"x-1", 1},       {"1-x", -1},
-        {"6/x", 3},         {"x/4", 0.5},       {"min(x,1)", 1},  {"max(x , 1)", 2},
-        {"min(3,max(x,1))", 2},                 {"abs(-x)", 2},   {"2e1", 20},
-        {"2.5e-1", 0.25},   {".5", 0.5},        {"5.", 5},        {"1E+2", 100},
-        {"x^0", 1},         {"x^1", 2},         {"x^-2", 0.25},   {"x^3", 8},
-        {"x^x^x", 16},      {"((((x))))", 2},   {"sqrt(x+2)", 2}, {"-2^2", -4},
+        {"1+2*3", 7},     {"(1+2)*3", 9},    {"2^3^2", 512},
+        {"-x^2", -4},     {"(-x)^2", 4},     {"2^-1", 0.5},
+        {"2^-x*4", 1},    {"8/4/2", 1},      {"8-4-2", 2},
+        {"--x", 2},       {"-+-x", 2},       {"3--x", 5},
+        {"2*-x", -4},     {"1 - 2 - x", -3}, {"x-1", 1},
+        {"1-x", -1},      {"6/x", 3},        {"x/4", 0.5},
+        {"min(x,1)", 1},  {"max(x , 1)", 2}, {"min(3,max(x,1))", 2},
+        {"abs(-x)", 2},   {"2e1", 20},       {"2.5e-1", 0.25},
+        {".5", 0.5},      {"5.", 5},         {"1E+2", 100},
+        {"x^0", 1},       {"x^1", 2},        {"x^-2", 0.25},
+        {"x^3", 8},       {"x^x^x", 16},     {"((((x))))", 2},
+        {"sqrt(x+2)", 2}, {"-2^2", -4},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         assert_value(cases[i].text, 2, cases[i].value, 1e-15);
@@ -198,16 +201,16 @@ static void test_functions_against_the_c_library(void **state)
         libm_function *libm;
         double from, to;
     } cases[] = {
-        {"sin", sin, -7, 7},         {"sin", sin, -1e-3, 1e-3},   {"sin", sin, 9e5, 1e6},
-        {"cos", cos, -7, 7},         {"cos", cos, 1.57, 1.571},   {"cos", cos, -1e6, -9e5},
-        {"tan", tan, -7, 7},         {"tan", tan, -1e-9, 1e-9},   {"asin", asin, -1, 1},
-        {"asin", asin, -1e-4, 1e-4}, {"acos", acos, -1, 1},       {"acos", acos, 0.9999, 1},
+        {"sin", sin, -7, 7},         {"sin", sin, -1e-3, 1e-3},     {"sin", sin, 9e5, 1e6},
+        {"cos", cos, -7, 7},         {"cos", cos, 1.57, 1.571},     {"cos", cos, -1e6, -9e5},
+        {"tan", tan, -7, 7},         {"tan", tan, -1e-9, 1e-9},     {"asin", asin, -1, 1},
+        {"asin", asin, -1e-4, 1e-4}, {"acos", acos, -1, 1},         {"acos", acos, 0.9999, 1},
         {"atan", atan, -40, 40},     {"atan", atan, -1e300, 1e300}, {"sinh", sinh, -3, 3},
-        {"sinh", sinh, -700, 700},   {"sinh", sinh, -1e-5, 1e-5}, {"cosh", cosh, -3, 3},
-        {"cosh", cosh, -709, 709},   {"tanh", tanh, -3, 3},       {"tanh", tanh, -1e-5, 1e-5},
-        {"tanh", tanh, -1000, 1000}, {"exp", exp, -3, 3},         {"exp", exp, -708, 710},
-        {"exp", exp, -1e4, 1e4},     {"log", log, 1e-3, 3},       {"log", log, 0.999, 1.001},
-        {"log", log, 1, 1e300},      {"log", log, 1e-320, 1e-310}, {"sqrt", sqrt, 0, 1e3},
+        {"sinh", sinh, -700, 700},   {"sinh", sinh, -1e-5, 1e-5},   {"cosh", cosh, -3, 3},
+        {"cosh", cosh, -709, 709},   {"tanh", tanh, -3, 3},         {"tanh", tanh, -1e-5, 1e-5},
+        {"tanh", tanh, -1000, 1000}, {"exp", exp, -3, 3},           {"exp", exp, -708, 710},
+        {"exp", exp, -1e4, 1e4},     {"log", log, 1e-3, 3},         {"log", log, 0.999, 1.001},
+        {"log", log, 1, 1e300},      {"log", log, 1e-320, 1e-310},  {"sqrt", sqrt, 0, 1e3},
         {"abs", fabs, -1, 1},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
@@ -217,19 +220,18 @@ static void test_functions_against_the_c_library(void **state)
 static void test_special_values(void **state)
 {
     (void)state;
-    static const double at[] = {0,         -0.0, 1,    -1,     2,       -2,      1e300,
-                                -1e300,    NAN,  0.5,  1e-310, 5e-324,  1e16,    INFINITY,
-                                -INFINITY, 710,  -746, 1e5,    0x1p52,  -0x1p60, 709.9};
+    static const double at[] = {0,         -0.0, 1,    -1,     2,      -2,      1e300,
+                                -1e300,    NAN,  0.5,  1e-310, 5e-324, 1e16,    INFINITY,
+                                -INFINITY, 710,  -746, 1e5,    0x1p52, -0x1p60, 709.9};
     static const struct {
         const char *text;
         libm_function *libm;
         double most; /* of |x| that are checked */
-    } cases[] = {{"asin(x)", asin, INFINITY}, {"acos(x)", acos, INFINITY},
-                 {"atan(x)", atan, INFINITY}, {"exp(x)", exp, INFINITY},
-                 {"log(x)", log, INFINITY},   {"sqrt(x)", sqrt, INFINITY},
-                 {"tanh(x)", tanh, INFINITY}, {"sinh(x)", sinh, INFINITY},
-                 {"cosh(x)", cosh, INFINITY}, {"sin(x)", sin, 1e6},
-                 {"cos(x)", cos, 1e6}};
+    } cases[] = {
+        {"asin(x)", asin, INFINITY}, {"acos(x)", acos, INFINITY}, {"atan(x)", atan, INFINITY},
+        {"exp(x)", exp, INFINITY},   {"log(x)", log, INFINITY},   {"sqrt(x)", sqrt, INFINITY},
+        {"tanh(x)", tanh, INFINITY}, {"sinh(x)", sinh, INFINITY}, {"cosh(x)", cosh, INFINITY},
+        {"sin(x)", sin, 1e6},        {"cos(x)", cos, 1e6}};
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++)
         for (size_t i = 0; i < sizeof at / sizeof *at; i++)
             if (!(fabs(at[i]) > cases[c].most))
@@ -245,15 +247,17 @@ static void test_special_values(void **state)
 static void test_powers(void **state)
 {
     (void)state;
-    static const double exponents[] = {2, 3, 5, 12, 31, 64, 65, 100, -1, -2, -7, -70, 0.5, 1.5,
-                                       -0.25, 3.7, 20.3, 0, 1};
+    static const double exponents[] = {2,  3,   5,   12,  31,    64,  65,   100, -1, -2,
+                                       -7, -70, 0.5, 1.5, -0.25, 3.7, 20.3, 0,   1};
     for (size_t i = 0; i < sizeof exponents / sizeof *exponents; i++) {
         double a = exponents[i];
         char constant[60], general[60];
+        /* By multiplication each factor may add half a place. */
+        double multiplied = a == rint(a) && fabs(a) <= 64 ? fabs(a) / 2 : 0;
         snprintf(constant, sizeof constant, "x^(%.17g)", a);
         snprintf(general, sizeof general, "x^(%.17g+0*x)", a);
         for (double x = 1e-3; x < 1e3; x *= 1.37) {
-            double exact = pow(x, a), slack = 2e-16 * (8 + fabs(a * log(x)) + fabs(a) / 8);
+            double exact = pow(x, a), slack = 2e-16 * (4 + fabs(a * log(x)) / 64 + multiplied);
             assert_value(constant, x, exact, slack);
             assert_value(general, x, exact, slack);
             if (a == rint(a))
@@ -283,14 +287,38 @@ static void test_derivatives(void **state)
 {
     (void)state;
     static const char *const texts[] = {
-        "3*cos(2*pi*x)+0.1*x^2", "sin(x)",          "cos(3*x)",       "tan(x/2)",
-        "asin(x/4)",             "acos(x/4)",       "atan(2*x)",      "sinh(x)",
-        "cosh(x)",               "tanh(x)",         "exp(-x*x)",      "log(x)",
-        "sqrt(x)",               "abs(x-3)",        "x^x",            "x^2.5",
-        "x^-3",                  "2^x",             "x^(sin(x)+2)",   "1/(1+x^2)",
-        "(x^3-x)/(x+2)",         "min(x^2,3)",      "max(x^2,1/x^3)", "exp(sin(x)*cos(x))/x",
-        "x^64/1e12",             "x^70/1e12",       "-x",             "5",
-        "x-(x-x)*3",             "log(exp(x)+1)",   "(-x)^3",         "x*sin(x)*cos(x)*exp(x)",
+        "3*cos(2*pi*x)+0.1*x^2",
+        "sin(x)",
+        "cos(3*x)",
+        "tan(x/2)",
+        "asin(x/4)",
+        "acos(x/4)",
+        "atan(2*x)",
+        "sinh(x)",
+        "cosh(x)",
+        "tanh(x)",
+        "exp(-x*x)",
+        "log(x)",
+        "sqrt(x)",
+        "abs(x-3)",
+        "x^x",
+        "x^2.5",
+        "x^-3",
+        "2^x",
+        "x^(sin(x)+2)",
+        "1/(1+x^2)",
+        "(x^3-x)/(x+2)",
+        "min(x^2,3)",
+        "max(x^2,1/x^3)",
+        "exp(sin(x)*cos(x))/x",
+        "x^64/1e12",
+        "x^70/1e12",
+        "-x",
+        "5",
+        "x-(x-x)*3",
+        "log(exp(x)+1)",
+        "(-x)^3",
+        "x*sin(x)*cos(x)*exp(x)",
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         struct formula *formula = made(texts[i]);
@@ -340,9 +368,9 @@ static uint64_t next_random(uint64_t *seed)
 static size_t random_tokens(char *text, uint64_t *seed)
 {
     static const char *const tokens[] = {
-        "x",   "x",    "(",    ")",    "(",     ")",   "+",   "-",    "*",   "/",    "^",
-        ",",   "sin(", "min(", "max(", "log(",  "exp(", "1",  "2.5",  "e",   "pi",   "1e308",
-        " ",   "sqrt(", "abs(", "0",   "tan(",  "foo", "1e-320", "-", "^-",  "acos("};
+        "x", "x",     "(",    ")",    "(",    ")",    "+",      "-",   "*",  "/",    "^",
+        ",", "sin(",  "min(", "max(", "log(", "exp(", "1",      "2.5", "e",  "pi",   "1e308",
+        " ", "sqrt(", "abs(", "0",    "tan(", "foo",  "1e-320", "-",   "^-", "acos("};
     size_t used = 0, parts = next_random(seed) % (next_random(seed) % 2 ? 120 : 8);
     for (size_t i = 0; i < parts; i++) {
         const char *token = tokens[next_random(seed) % (sizeof tokens / sizeof *tokens)];
