@@ -57,14 +57,15 @@ static enum bcd_status current_describe(const void *par, const struct plan *plan
     return BCD_OK;
 }
 
-/* Without a potential every rod drifts at mu f; at rest in one there is no current; one driven rod
- * follows Stratonovich's formula. */
+/* Without a potential every rod drifts at mu f; at rest in one, and between walls, there is no
+ * current; one driven rod follows Stratonovich's formula. */
 static void current_exact(const void *par, const struct plan *plan, struct exact *exact)
 {
     (void)par;
-    double velocity = plan->mobility * plan->force;
+    double velocity = plan->walls ? 0 : plan->mobility * plan->force;
     exact->reason = "driven rods in a potential: no closed form";
-    if (plan->field && !(plan_field_steady(plan) && plan->force == 0)) {
+    bool still = plan->walls || plan->force == 0;
+    if (plan->field && !(plan_field_steady(plan) && still)) {
         struct one_rod rod = {.energy = plan_energy,
                               .ctx = plan,
                               .period = plan->period,
@@ -72,7 +73,7 @@ static void current_exact(const void *par, const struct plan *plan, struct exact
                               .D = plan->diffusion,
                               .force = plan->force};
         double diffusion;
-        if (plan->particles > 1 || !plan_field_steady(plan) || plan->temperature == 0 ||
+        if (plan->particles > 1 || plan->walls || !plan_field_steady(plan) || plan->temperature == 0 ||
             tilted_drift(&velocity, &diffusion, &rod, NULL))
             return;
     }

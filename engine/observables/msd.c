@@ -331,11 +331,28 @@ static void one_rod_asymptote(const struct plan *plan, const struct msd_lags *la
     exact->reference = "asymptote";
 }
 
+/* Between walls one free rod is known. */
+static void exact_between_walls(const struct plan *plan, const struct msd_lags *lags,
+                                struct exact *exact)
+{
+    exact->reason = "no closed form between walls but for one free rod";
+    if (plan->particles > 1 || plan->field || plan->force != 0)
+        return;
+    for (size_t k = 0; k < exact->rows; k++)
+        exact->values[k] = msd_between_walls(plan->free_length, plan->diffusion,
+                                             (double)lags->lag[k] * plan->time_step);
+    exact->reference = "canonical";
+}
+
 /* Without potential and interaction: the exact single file on the ring, plus what a drag adds. */
 static void msd_exact(const void *par, const struct plan *plan, struct exact *exact)
 {
     struct msd_lags lags;
     find_lags(par, plan, &lags);
+    if (plan->walls) {
+        exact_between_walls(plan, &lags, exact);
+        return;
+    }
     exact->reason = "no closed form for rods in a potential or with an interaction";
     if (plan->pair || (plan->field && plan->particles > 1))
         return;

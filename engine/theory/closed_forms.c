@@ -119,3 +119,21 @@ double two_rods_rejection(double gap, double D, double t)
     double s = sqrt(D * t);
     return s == 0 ? 0 : s / sqrt(PI) * exp(-gap * gap / (4 * s * s));
 }
+
+/* Modes k odd of the box: MSD = w^2/6 - (16 w^2/pi^4) sum e^{-k^2 pi^2 tau}/k^4, tau = D t/w^2. For
+ * short times the same by Poisson's formula: 2 tau - 16/(3 sqrt pi) tau^(3/2), up to e^{-1/(4 tau)}. */
+double msd_between_walls(double width, double D, double t)
+{
+    if (!(width >= 0) || !(D >= 0) || !(t >= 0)) {
+        return NAN;
+    }
+    double tau = width > 0 ? D * t / (width * width) : INFINITY;
+    if (tau < 0.007) {
+        return width * width * tau * (2 - 16 / (3 * sqrt(PI)) * sqrt(tau));
+    }
+    double sum = 0;
+    for (double k = 1; k < 30; k += 2) {
+        sum += exp(-k * k * PI * PI * tau) / (k * k * k * k);
+    }
+    return width * width * (1. / 6 - 16 / (PI * PI * PI * PI) * sum);
+}

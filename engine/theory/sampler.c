@@ -9,6 +9,7 @@
 #include "ramp.h"
 #include "sampler.h"
 #include "transfer.h"
+#include "walls_draw.h"
 
 enum { POINTS = RAMP_POINTS, BUDGET = 200000000 };
 #define NOWHERE 1e-12 /* of the highest density: places without rods */
@@ -33,6 +34,7 @@ struct theory_sampler {
     struct ramp decay; /* -ln h + p x */
     bool by_recursion; /* backward is used instead of all above */
     struct backward backward;
+    struct walls_draw walls; /* or this, between walls */
 };
 
 /* ------------------------------------------------------------------ tables */
@@ -443,9 +445,30 @@ static enum bcd_status choose(struct theory_sampler *s, struct bcd_error *error)
     return status;
 }
 
+static enum bcd_status create_walls(struct theory_sampler **sampler,
+                                    const struct theory_system *system, struct bcd_error *error)
+{
+    struct theory_sampler *fresh = calloc(1, sizeof *fresh);
+    if (!fresh) {
+        return theory_fail(error, BCD_NO_MEMORY, "out of memory");
+    }
+    const struct theory_wanted nothing = {0};
+    enum bcd_status status = model_init_walls(&fresh->model, system, &nothing, error);
+    status = status ? status : walls_draw_init(&fresh->walls, &fresh->model, error);
+    if (status) {
+        theory_sampler_free(fresh);
+        return status;
+    }
+    *sampler = fresh;
+    return BCD_OK;
+}
+
 enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
                                       const struct theory_system *system, struct bcd_error *error)
 {
+    if (system->walls) {
+        return create_walls(sampler, system, error);
+    }
     struct theory_sampler *fresh = calloc(1, sizeof *fresh);
     if (!fresh) {
         return theory_fail(error, BCD_NO_MEMORY, "out of memory");
@@ -476,6 +499,7 @@ void theory_sampler_free(struct theory_sampler *sampler)
 {
     if (sampler) {
         backward_fini(&sampler->backward);
+        walls_draw_fini(&sampler->walls);
     }
     free(sampler);
 }
@@ -492,11 +516,27 @@ static void place(const struct theory_sampler *s, double *y, double first, doubl
     }
 }
 
+/* The same between walls; bonds stay bitwise equal. */
+static void place_in_walls(const struct theory_sampler *s, double *y)
+{
+    double ell = s->model.free_length, unit = ell * 0x1p-32, low = s->model.system.diameter / 2;
+    for (int64_t i = 0; i < s->model.system.particles; i++) {
+        y[i] = low + fmin(rint(y[i] / unit) * unit, ell);
+    }
+}
+
 enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
                                     const struct theory_uniforms *uniforms, struct bcd_error *error)
 {
     struct draw draw = {.s = sampler, .uniforms = uniforms, .y = y};
     double first;
+    if (sampler->model.system.walls) {
+        enum bcd_status status = walls_draw(&sampler->walls, y, uniforms, error);
+        if (status == BCD_OK) {
+            place_in_walls(sampler, y);
+        }
+        return status;
+    }
     if (sampler->by_recursion) {
         if (backward_draw(&sampler->backward, y, &first, uniforms)) {
             return theory_fail(error, BCD_NO_MEMORY, "out of memory");

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * sampler.h - exact equilibrium configurations of N rods on the ring.
+ * sampler.h - exact equilibrium configurations of N rods on the ring; between walls see
+ * walls_draw.h.
  *
  * A first rod is drawn from the infinite system's density. To its left a run of bonded rods is
  * drawn from the chain read backwards, up to the first gap that is not a bond; to its right the
@@ -21,7 +22,8 @@
  * About sqrt(N) attempts are needed per draw. Where rods are locked to wells, or at very high
  * density, chains hardly ever close: found out by a trial at creation, at a fixed seed. Such rings
  * are drawn by the recursion instead, exactly too, up to some 4e8 operations a draw (backward.h).
- * Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused.
+ * Hard rods, Baxter's limit and sticky rods of finite range; other pair energies are refused on the
+ * ring.
  *
  * UNITS    the user's own lengths. */
 #ifndef THEORY_SAMPLER_H
@@ -45,7 +47,7 @@ void theory_sampler_free(struct theory_sampler *sampler);
 
 /* Draws reduced coordinates y[0 .. N-1]: rod i sits at x_i = y_i + i sigma; y_0 is within [0, L),
  * y_0 <= y_1 <= ... <= y_{N-1} <= y_0 + ell; bonds of Baxter's limit have bitwise equal y. Rod 0 is
- * any rod, all alike. The same uniforms give the same configuration; on machines whose exp and log
+ * any rod, all alike. Between walls sigma/2 <= y_0 <= ... <= y_{N-1} <= sigma/2 + ell. The same uniforms give the same configuration; on machines whose exp and log
  * differ in the last bit, all but once in some 1e6 rods. Refused (BCD_INVALID) when no
  * ring closes within a budget of 2e8 rods placed: y then holds no configuration. */
 enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
