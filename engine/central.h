@@ -18,8 +18,8 @@
  *          cutoff). Never below the diameter; rods whose repulsion at contact is weaker than that
  *          feel V alone.
  */
-#ifndef PAIRS_CENTRAL_H
-#define PAIRS_CENTRAL_H
+#ifndef CENTRAL_H
+#define CENTRAL_H
 
 #include "part.h"
 
