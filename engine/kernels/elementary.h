@@ -262,8 +262,8 @@ static inline double tanh_any(double x)
     return x == x ? r : NAN;
 }
 
-/* What rounding took from the product a b, exactly; |a|, |b| below 1e150. T. J. Dekker, Numer. Math.
- * 18, 224 (1971), doi 10.1007/BF01397083. */
+/* What rounding took from the product a b, exactly; |a|, |b| below 1e150. T. J. Dekker, Numer.
+ * Math. 18, 224 (1971), doi 10.1007/BF01397083. */
 static inline double product_rest(double a, double b, double product)
 {
     const double splitter = 134217729.0; /* 2^27 + 1 */
@@ -283,8 +283,7 @@ static inline double log_normal_pair(double x, double *rest)
     double m = from_bits((shifted & 0x000fffffffffffffu) + sqrt_half);
     double above = m + 1.0, above_rest = m - (above - 1.0);
     double s = (m - 1.0) / above, back = s * above;
-    double s_rest =
-        (((m - 1.0) - back) - product_rest(s, above, back) - s * above_rest) / above;
+    double s_rest = (((m - 1.0) - back) - product_rest(s, above, back) - s * above_rest) / above;
     double z = s * s;
     double p = 0x1.2b5fb9f34d9dep-3;
     p = p * z + 0x1.39fdb9a93a519p-3;

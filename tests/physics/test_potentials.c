@@ -414,6 +414,42 @@ static void test_refusals(void **state)
     }
 }
 
+/* Formulas a few characters off: taken or refused at the right place, in bounded time. */
+static void test_mutated_formulas(void **state)
+{
+    (void)state;
+    static const char good[] = "3*cos(2*pi*x)^2-exp(sin(4*pi*x))/(1.5+cos(6*pi*x))";
+    uint64_t seed = 7;
+    size_t taken = 0, refused = 0;
+    for (int i = 0; i < 400; i++) {
+        char formula[sizeof good], job[1000];
+        memcpy(formula, good, sizeof good);
+        for (int k = 0; k <= i % 2; k++) {
+            seed = seed * 6364136223846793005u + 1442695040888963407u;
+            formula[(seed >> 40) % (sizeof good - 1)] = good[(seed >> 20) % (sizeof good - 1)];
+        }
+        snprintf(job, sizeof job,
+                 RING "'potential': {'type': 'expression', 'energy': '%s', 'period': 1}, "
+                      "'observables': {'energy': {}}}",
+                 formula);
+        for (char *c = job; *c; c++)
+            *c = *c == '\'' ? '"' : *c;
+        struct bcd_errors errors = {0};
+        struct bcd_scene *scene = NULL;
+        if (scene_json_parse(job, strlen(job), &scene, &errors) == BCD_OK) {
+            double x = 0.4, u = energy_at(scene, x), f = force_at(scene, x);
+            assert_true(isfinite(u) && isfinite(f));
+            taken++;
+        } else {
+            assert_true(strncmp(errors.items[0].field, "/potential", 10) == 0 ||
+                        strcmp(errors.items[0].field, "/time_step") == 0);
+            refused++;
+        }
+        bcd_scene_free(scene);
+    }
+    assert_true(taken > 20 && refused > 100);
+}
+
 static void test_flat_potentials_exert_no_force(void **state)
 {
     (void)state;
@@ -447,6 +483,7 @@ int main(void)
         cmocka_unit_test(test_equipartition_between_walls),
         cmocka_unit_test(test_rods_come_to_rest_in_minima),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_mutated_formulas),
         cmocka_unit_test(test_flat_potentials_exert_no_force),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
