@@ -208,6 +208,10 @@ struct bcd_estimate {
 };
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate);
 
+/* Force between two neighbours of a completed scene whose surfaces are `gap` >= 0 apart, positive =
+ * repulsion; 0 without interaction and beyond its range. */
+double bcd_scene_pair_force(const struct bcd_scene *scene, double gap);
+
 /* Realizations are run in chunks; how many a chunk holds depends on the job alone, so that the
  * order of reduction, and with it every bit of the result, does not depend on workers or
  * restarts. */

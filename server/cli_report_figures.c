@@ -4,6 +4,8 @@
  * written and judged at once; a figure is drawn when the last of its scenes is done.
  */
 #include "cli_report.h"
+#include "cli_report_force.h"
+#include "cli_report_msd.h"
 #include "cli_report_scenes.h"
 #include "cli_simulate.h"
 #include "limits.h"
@@ -57,6 +59,7 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
                          struct options *options);
 static int print_jobs(const struct options *options);
 static bool wanted(const struct report_scene *scene, const struct options *options);
+static bool force_wanted(const struct options *options);
 static int make_directory(const char *path);
 static int report_all(struct report *report);
 
@@ -74,7 +77,7 @@ int cli_report_figures(const struct cli_command *self, int argc, char **argv)
     report->options = &options;
     for (size_t i = 0; report_scene(i); i++)
         report->scenes += wanted(report_scene(i), &options);
-    if (report->scenes == 0)
+    if (report->scenes == 0 && !force_wanted(&options))
         status = cli_wrong(self, "no scene's name contains \"%s\"", options.only);
     else if (options.jobs)
         status = print_jobs(&options);
@@ -147,6 +150,11 @@ static bool wanted(const struct report_scene *scene, const struct options *optio
     char name[REPORT_NAME_SIZE];
     report_scene_name(scene, name);
     return !options->only || strstr(name, options->only);
+}
+
+static bool force_wanted(const struct options *options)
+{
+    return !options->only || strstr(FORCE_NAME, options->only);
 }
 
 /* ------------------------------------------------------------------- files */
@@ -275,15 +283,28 @@ static void print_heading(void)
            "core s");
 }
 
+/* A number in a cell, "-" where there is none. */
+struct cell {
+    char text[24];
+};
+static struct cell cell(const char *format, double v)
+{
+    struct cell made = {"-"};
+    if (!isnan(v))
+        snprintf(made.text, sizeof made.text, format, v);
+    return made;
+}
+
 /* One line of the table, and the same as CSV. */
 static void print_verdict(const struct verdict *v, struct text *summary)
 {
     const struct report_scene *row = v->scene;
     char name[REPORT_NAME_SIZE];
     report_scene_name(row, name);
-    printf("%-4d %-15s %5g %4g %5g %3ld  %-6s %9.3g %7.4f %7.2f %8.2f %8.2g %8.1f\n", row->figure,
+    printf("%-4d %-15s %5g %4g %5g %3ld  %-6s %9.3g %7s %7s %8s %8s %8.1f\n", row->figure,
            v->observable, row->diameter, row->density, row->stickiness, lround(row->density * 100),
-           v->method, v->time_step, v->l1, v->z_max, v->chi_square / v->freedom, v->p_value,
+           v->method, v->time_step, cell("%.4f", v->l1).text, cell("%.2f", v->z_max).text,
+           cell("%.2f", v->chi_square / v->freedom).text, cell("%.2g", v->p_value).text,
            v->core_seconds);
     fflush(stdout);
     if (summary->size == 0)
@@ -331,6 +352,11 @@ static void add_rounded(struct text *text, double v)
     text_add_number(text, strtod(digits, NULL));
 }
 
+static bool is_msd(const struct report_figure *figure)
+{
+    return strcmp(figure->observable[0], "msd") == 0;
+}
+
 /* What was simulated and how, in one sentence each. */
 static char *subtitle_print(const struct sheet *sheet)
 {
@@ -342,13 +368,17 @@ static char *subtitle_print(const struct sheet *sheet)
     }
     text_add(
         &text,
-        "Simulated after Fig. %d of Phys. Rev. E 106, 054606 (2022): barrier 6 kT, ring of 100 "
-        "wavelengths; method %s, time step ",
-        sheet->figure->number, sheet->verdict[0].method);
+        "Simulated after Fig. %d of %s: barrier 6 kT, ring of 100 wavelengths; method %s, time "
+        "step ",
+        sheet->figure->number, sheet->figure->source, sheet->verdict[0].method);
     add_rounded(&text, least);
     if (most > 1.01 * least) {
         text_add(&text, " to ");
         add_rounded(&text, most);
+    }
+    if (is_msd(sheet->figure)) {
+        text_add(&text, ", sticky rods of range 0.05.");
+        return text_take(&text);
     }
     text_add(&text, ". Theory is exact for this ring");
     if (sheet->figure->gap > 0) {
@@ -357,6 +387,45 @@ static char *subtitle_print(const struct sheet *sheet)
     }
     text_add(&text, "; L\xE2\x82\x81 is the relative area between it and the simulation.");
     return text_take(&text);
+}
+
+static void print_words(char *words)
+{
+    fputs(words ? words : "bcd: out of memory\n", stdout);
+    free(words);
+}
+
+/* All curves of one diameter in one panel, and what is to be said of them. */
+static char *print_msd(const struct sheet *sheet, const char *title, const char *subtitle)
+{
+    struct msd_curve curves[PANELS_MAX];
+    for (size_t i = 0; i < sheet->count; i++)
+        curves[i] = (struct msd_curve){sheet->verdict[i].scene, sheet->table[i]};
+    print_words(msd_verdict_print(curves, sheet->count));
+    return msd_figure_print(curves, sheet->count, title, subtitle);
+}
+
+/* Fig. 5 of 2022 needs no simulation. */
+static int report_force(const struct report *report)
+{
+    struct force_figure figure;
+    int status = CLI_FAILED;
+    if (force_figure_init(&figure)) {
+        printf("\n%s: attraction (Eq. 32, range 0.05): the exponent with the least largest force\n",
+               FORCE_NAME);
+        for (size_t g = 0; g < FORCE_GAMMAS; g++)
+            printf("gamma %-4g p = %.3f, force %.4f kT/lambda\n", figure.gamma[g], figure.best[g],
+                   figure.least[g]);
+        status = write_take(report->options, FORCE_NAME ".svg", force_figure_print(&figure));
+        if (status == CLI_OK)
+            status = write_take(report->options, FORCE_NAME "-force.csv",
+                                table_csv_print(figure.force));
+        if (status == CLI_OK)
+            status = write_take(report->options, FORCE_NAME "-largest.csv",
+                                table_csv_print(figure.largest));
+    }
+    force_figure_fini(&figure);
+    return status;
 }
 
 /* Draws what there is of the figure. Panels came scene by scene; a row shows one observable. */
@@ -374,13 +443,16 @@ static int draw_sheet(const struct report *report, const struct sheet *sheet)
         grid[row * columns + scene % columns] = sheet->panel[i];
     }
     snprintf(title, sizeof title, "%s in a cosine potential", figure->title);
-    snprintf(name, sizeof name, "2022-fig%d.svg", figure->number);
+    snprintf(name, sizeof name, "%d-fig%d.svg", figure->year, figure->number);
     struct plot_figure plot = {.title = title,
                                .subtitle = subtitle,
                                .rows = bands * kinds,
                                .columns = columns,
                                .panels = grid};
-    int status = write_take(report->options, name, subtitle ? plot_figure_print(&plot) : NULL);
+    char *svg = !subtitle          ? NULL
+                : is_msd(figure) ? print_msd(sheet, title, subtitle)
+                                 : plot_figure_print(&plot);
+    int status = write_take(report->options, name, svg);
     free(subtitle);
     return status;
 }
@@ -475,7 +547,8 @@ static int report_all(struct report *report)
 {
     const struct report_figure *figure;
     int status = CLI_OK;
-    print_heading();
+    if (report->scenes > 0)
+        print_heading();
     for (size_t f = 0; status == CLI_OK && (figure = report_figure(f)) != NULL; f++) {
         report->sheet.figure = figure;
         for (size_t i = 0; status == CLI_OK && report_scene(i); i++)
@@ -486,7 +559,9 @@ static int report_all(struct report *report)
             status = draw_sheet(report, &report->sheet);
         clear_sheet(&report->sheet);
     }
-    if (status == CLI_OK)
+    if (status == CLI_OK && force_wanted(report->options))
+        status = report_force(report);
+    if (status == CLI_OK && report->scenes > 0)
         status = write_take(report->options, "2022-figures.csv", text_take(&report->summary));
     if (status == CLI_OK)
         printf("pictures and tables: %s\n", report->options->out);

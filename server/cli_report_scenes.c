@@ -8,22 +8,44 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SYSTEM_LENGTH = 100, AMPLITUDE = 6, BINS = 50 };
+enum { SYSTEM_LENGTH = 100, AMPLITUDE = 6, BINS = 50, LAGS = 31 };
 #define STICKY_RANGE 0.05
 #define STICKY_EXPONENT 2.95
 
+#define SOURCE_2022 "Phys. Rev. E 106, 054606 (2022)"
+#define SOURCE_2024 "Comput. Phys. Commun. 309, 109474 (2024)"
+
 static const struct report_figure figures[] = {
-    {.number = 3, .title = "Density of hard rods", .columns = 3, .observable = {"density"}},
+    {.number = 3,
+     .year = 2022,
+     .source = SOURCE_2022,
+     .method = "bcd",
+     .title = "Density of hard rods",
+     .columns = 3,
+     .observable = {"density"}},
     {.number = 4,
+     .year = 2022,
+     .source = SOURCE_2022,
+     .method = "bcd",
      .title = "Contact density of hard rods",
      .columns = 3,
      .observable = {"contact_density"},
      .gap = 0.02},
     {.number = 6,
+     .year = 2022,
+     .source = SOURCE_2022,
+     .method = "bcd",
      .title = "Density and contact density of sticky rods",
      .columns = 3,
      .observable = {"density", "contact_density"},
      .gap = STICKY_RANGE},
+    {.number = 7,
+     .year = 2024,
+     .source = SOURCE_2024,
+     .method = "auto",
+     .title = "Mean squared displacement of sticky rods",
+     .columns = 2,
+     .observable = {"msd"}},
 };
 
 /* Method bcd treats rods as shorter by 1.165 sqrt(D h): contact densities need smaller steps h than
@@ -44,6 +66,12 @@ static const struct report_figure figures[] = {
 #define STICKY_50 .figure = 6, SHORT(4e-6, 1, 64), FULL(1e-6, 50, 20)
 #define STICKY_80 .figure = 6, SHORT(4e-6, 1, 40), FULL(1e-6, 50, 20)
 #define VERY_STICKY .figure = 6, SHORT(2e-6, 0.75, 40), FULL(5e-7, 25, 20)
+/* The step of sticky dynamics has to resolve the attraction: 9e-6 (gamma 1), 2e-6 (10). */
+#define MSD(step, duration, runs, lag)                                                             \
+    {.time_step = step, .time = duration, .realizations = runs, .last = lag}
+#define SLIDING .figure = 7, .effort = {MSD(0, 400, 16, 100), MSD(0, 10000, 10, 1000)}
+#define STICKING .figure = 7, .effort = {MSD(0, 20, 8, 10), MSD(0, 2000, 10, 500)}
+#define CLUSTERING .figure = 7, .effort = {MSD(0, 8, 6, 4), MSD(0, 500, 8, 100)}
 
 static const struct report_scene scenes[] = {
     {.diameter = 0.2, .density = 0.2, DENSITY},
@@ -70,6 +98,12 @@ static const struct report_scene scenes[] = {
     {.diameter = 0.8, .density = 0.8, .stickiness = 0.1, STICKY_80},
     {.diameter = 0.8, .density = 0.8, .stickiness = 1, STICKY_80},
     {.diameter = 0.8, .density = 0.8, .stickiness = 10, VERY_STICKY},
+    {.diameter = 0.5, .density = 0.5, SLIDING},
+    {.diameter = 0.5, .density = 0.5, .stickiness = 1, STICKING},
+    {.diameter = 0.5, .density = 0.5, .stickiness = 10, CLUSTERING},
+    {.diameter = 0.8, .density = 0.5, SLIDING},
+    {.diameter = 0.8, .density = 0.5, .stickiness = 1, STICKING},
+    {.diameter = 0.8, .density = 0.5, .stickiness = 10, CLUSTERING},
 };
 
 const struct report_scene *report_scene(size_t index)
@@ -82,10 +116,23 @@ const struct report_figure *report_figure(size_t index)
     return index < sizeof figures / sizeof *figures ? &figures[index] : NULL;
 }
 
+static const struct report_figure *figure_of(const struct report_scene *scene)
+{
+    const struct report_figure *figure = figures;
+    while (figure->number != scene->figure)
+        figure++;
+    return figure;
+}
+
 void report_scene_name(const struct report_scene *scene, char name[REPORT_NAME_SIZE])
 {
     struct text text = {0};
-    text_add(&text, "2022-fig%d", scene->figure);
+    int year = figure_of(scene)->year;
+    /* Each diameter is a part of the figure of 2024: a and b. */
+    text_add(&text, "%d-fig%d%s", year, scene->figure,
+             year == 2022             ? ""
+             : scene->diameter == 0.5 ? "a"
+                                      : "b");
     if (scene->stickiness > 0) {
         text_add(&text, "-gamma");
         text_add_number(&text, scene->stickiness);
@@ -105,6 +152,13 @@ static void add_member(struct text *text, const char *name, double value)
     text_add_number(text, value);
 }
 
+static void add_msd(struct text *text, const struct report_effort *effort)
+{
+    text_add(text, ",\"observables\":{\"msd\":{\"first\":0.001,\"points\":%d", LAGS);
+    add_member(text, "last", effort->last);
+    text_add(text, "}}");
+}
+
 static void add_observables(struct text *text, const struct report_figure *figure)
 {
     text_add(text, ",\"observables\":{");
@@ -119,11 +173,9 @@ static void add_observables(struct text *text, const struct report_figure *figur
 
 char *report_scene_json(const struct report_scene *scene, bool full, const char *method)
 {
-    const struct report_figure *figure = figures;
+    const struct report_figure *figure = figure_of(scene);
     const struct report_effort *effort = &scene->effort[full];
     struct text text = {0};
-    while (figure->number != scene->figure)
-        figure++;
     text_add(&text,
              "{\"model\":\"hard_rods\",\"particles\":%ld,\"length\":%d,\"mobility\":1,"
              "\"temperature\":1,\"boundary\":\"periodic\","
@@ -140,13 +192,18 @@ char *report_scene_json(const struct report_scene *scene, bool full, const char 
     }
     add_member(&text, "diameter", scene->diameter);
     text_add(&text, ",\"method\":");
-    text_add_json_string(&text, method ? method : "bcd");
-    if (method)
+    text_add_json_string(&text, method ? method : figure->method);
+    if (method || effort->time_step == 0)
         text_add(&text, ",\"time_step\":\"auto\"");
     else
         add_member(&text, "time_step", effort->time_step);
     add_member(&text, "time", effort->time);
-    add_observables(&text, figure);
+    if (effort->last > 0)
+        add_msd(&text, effort);
+    else
+        add_observables(&text, figure);
+    if (effort->last > 0 && !full) /* a second pass is too much for a short one */
+        text_add(&text, ",\"time_step_error\":\"skipped\"");
     text_add(&text, "}");
     return text_take(&text);
 }

@@ -20,9 +20,9 @@ says() {
     cat "$T/err" "$T/out"
     return 1
 }
-# same_jobs DIR: the printed jobs are those of the files 2022-*.json there, completed.
+# same_jobs DIR: the printed jobs are those of the files there, completed.
 same_jobs() {
-    for file in "$1"/2022-*.json; do
+    for file in "$1"/*.json; do
         name=${file##*/}
         printf '"%s"\n' "${name%.json}"
         "$B/bcd" check "$file"
@@ -35,12 +35,13 @@ same_jobs() {
 bcd report figures --jobs
 check "the shortened jobs are printed" exits 0
 check "and are those of tests/scenes" same_jobs tests/scenes
-check "24 of them" jq -es '.[0] | length == 24' "$T/out"
+check "30 of them" jq -es '.[0] | length == 30' "$T/out"
 bcd report figures --jobs --full
 check "the full jobs are those of tests/scenes/full" same_jobs tests/scenes/full
 bcd report figures --jobs --only gamma10
 check "a part of them" jq -es '.[0] | keys == ["2022-fig6-gamma10-sigma0.5-rho0.5",
-    "2022-fig6-gamma10-sigma0.8-rho0.8"]' "$T/out"
+    "2022-fig6-gamma10-sigma0.8-rho0.8", "2024-fig7a-gamma10-sigma0.5-rho0.5",
+    "2024-fig7b-gamma10-sigma0.8-rho0.5"]' "$T/out"
 
 scene=2022-fig3-sigma0.8-rho0.2
 bcd report figures --only $scene --out "$T/figures" --workers 2
@@ -74,6 +75,37 @@ check "the picture has one panel with theory and 50 points" sh -c '
     [ "$(grep -c "class=\"panel\"" "$1")" = 1 ] && [ "$(grep -c "class=\"dot\"" "$1")" = 50 ] &&
     [ "$(grep -c "class=\"theory\"" "$1")" = 1 ]' - "$T/figures/2022-fig3.svg"
 check "three files, and no other figure" test "$(ls "$T/figures" | wc -l)" = 3
+
+# Fig. 5 of 2022 is computed, not simulated: the least largest force (physics.md of the project: 1.58,
+# 2.95, 4.88), and the printed force is Eq. 32 at one gap.
+bcd report figures --only fig5 --out "$T/force"
+check "the force of sticky rods" exits 0
+check "its least largest value is where it should be" awk '
+    $1 == "gamma" { p[$2] = $5 + 0; n++ }
+    END { exit !(n == 3 && p["0.1"] > 1.575 && p["0.1"] < 1.585 && p["1"] > 2.945 &&
+                 p["1"] < 2.955 && p["10"] > 4.875 && p["10"] < 4.885) }' "$T/out"
+check "and it is Eq. 32" awk -F, '
+    NR > 1 && $3 == 1 && $4 == 2 && $1 > 0.0199 && $1 < 0.0201 {
+        u = 1 - $1 / 0.05; d = 3 / 0.05; f = 2 * d * u / (0.05 * (1 + d * u * u))
+        ok = ($2 - f) ^ 2 < 1e-18 * f * f
+    }
+    END { exit !ok }' "$T/force/2022-fig5-force.csv"
+check "six panels, fifteen curves and three" sh -c '
+    [ "$(grep -c "class=\"panel\"" "$1")" = 6 ] && [ "$(grep -c "class=\"curve\"" "$1")" = 18 ]' \
+    - "$T/force/2022-fig5.svg"
+check "three files" test "$(ls "$T/force" | wc -l)" = 3
+
+# One curve of Fig. 7 of 2024, the cheapest.
+curve=2024-fig7b-sigma0.8-rho0.5
+bcd report figures --only $curve --out "$T/msd" --workers 2
+check "one curve of the displacements runs" exits 0
+check "flat in a well, then slower than t" awk '$1 == "0.8" && $2 == "0" {
+        gsub(/[()=t]/, " "); n++; ok = $3 > 0.012 && $3 < 0.017 && $5 > 0.018 && $5 < 0.03 &&
+        $8 < 0.45 && $(NF - 1) > 0.4 && $(NF - 1) < 0.75 }
+    END { exit !(ok && n == 1) }' "$T/out"
+check "the picture has one curve with error bars and guides" sh -c '
+    [ "$(grep -c "class=\"curve\"" "$1")" = 1 ] && [ "$(grep -c "class=\"guide\"" "$1")" -ge 1 ] &&
+    [ "$(grep -c "class=\"band\"" "$1")" = 1 ]' - "$T/msd/2024-fig7.svg"
 
 bcd report figures --only $scene --out "$T/density.csv"
 check "a file is no directory" exits 1

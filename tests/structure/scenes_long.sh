@@ -19,7 +19,7 @@ for file; do
             elif $o.key == "contact_density" then
                 ($v.contact_density | length == 50 and all(. >= 0) and add > 0)
             else
-                ($v.msd | length == 31 and . == sort) and ($v.msd[0] / (2 * $v.lag[0]) | . > .8 and . < 1)
+                ($v.msd | length > 25 and . == sort) and ($v.msd[0] / (2 * $v.lag[0]) | . > .5 and . < 1)
             end' "$work/out" >"$work/said"; then
         echo "ok $count - $file"
     else
