@@ -73,8 +73,8 @@ static void current_exact(const void *par, const struct plan *plan, struct exact
                               .D = plan->diffusion,
                               .force = plan->force};
         double diffusion;
-        if (plan->particles > 1 || plan->walls || !plan_field_steady(plan) || plan->temperature == 0 ||
-            tilted_drift(&velocity, &diffusion, &rod, NULL))
+        if (plan->particles > 1 || plan->walls || !plan_field_steady(plan) ||
+            plan->temperature == 0 || tilted_drift(&velocity, &diffusion, &rod, NULL))
             return;
     }
     exact->values[0] = (double)plan->particles / plan->length * velocity;

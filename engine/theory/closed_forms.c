@@ -121,7 +121,8 @@ double two_rods_rejection(double gap, double D, double t)
 }
 
 /* Modes k odd of the box: MSD = w^2/6 - (16 w^2/pi^4) sum e^{-k^2 pi^2 tau}/k^4, tau = D t/w^2. For
- * short times the same by Poisson's formula: 2 tau - 16/(3 sqrt pi) tau^(3/2), up to e^{-1/(4 tau)}. */
+ * short times the same by Poisson's formula: 2 tau - 16/(3 sqrt pi) tau^(3/2), up to
+ * e^{-1/(4 tau)}. */
 double msd_between_walls(double width, double D, double t)
 {
     if (!(width >= 0) || !(D >= 0) || !(t >= 0)) {

@@ -301,7 +301,8 @@ void measure_add_bump(struct measure *measure, const struct model *model, const 
             for (size_t i = 0; i < RULE && measure->count < measure->capacity; i++) {
                 double gap = middle + half * model->node[i];
                 measure->gap[measure->count] = gap;
-                measure->weight[measure->count++] = half * model->weight[i] * model_bump(model, gap);
+                measure->weight[measure->count++] =
+                    half * model->weight[i] * model_bump(model, gap);
             }
         }
         a = b;

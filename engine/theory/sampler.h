@@ -47,7 +47,8 @@ void theory_sampler_free(struct theory_sampler *sampler);
 
 /* Draws reduced coordinates y[0 .. N-1]: rod i sits at x_i = y_i + i sigma; y_0 is within [0, L),
  * y_0 <= y_1 <= ... <= y_{N-1} <= y_0 + ell; bonds of Baxter's limit have bitwise equal y. Rod 0 is
- * any rod, all alike. Between walls sigma/2 <= y_0 <= ... <= y_{N-1} <= sigma/2 + ell. The same uniforms give the same configuration; on machines whose exp and log
+ * any rod, all alike. Between walls sigma/2 <= y_0 <= ... <= y_{N-1} <= sigma/2 + ell.
+ * The same uniforms give the same configuration; on machines whose exp and log
  * differ in the last bit, all but once in some 1e6 rods. Refused (BCD_INVALID) when no
  * ring closes within a budget of 2e8 rods placed: y then holds no configuration. */
 enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,

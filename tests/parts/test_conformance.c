@@ -39,6 +39,12 @@ static const char *const scenes[] = {
     "{'particles': 11, 'length': 14, 'diameter': 0.9, 'potential': {'type': 'cosine', 'amplitude': "
     "4}, 'time_step': 1e-3, 'equilibration_time': 0.01, 'time': 0.9, 'method': '%s', "
     STATIC_OBSERVABLES "}",
+    "{'particles': 9, 'length': 11, 'diameter': 0.8, 'boundary': 'walls', 'force': 2, 'potential': "
+    "{'type': 'cosine', 'amplitude': 3, 'wavelength': 0.7}, 'time_step': 1e-3, 'time': 0.6, "
+    "'initial': 'equilibrium', 'method': '%s', " ALL_OBSERVABLES "}",
+    "{'particles': 4, 'length': 5, 'diameter': 0.6, 'boundary': 'walls', 'interaction': {'type': "
+    "'sticky', 'strength': 0.2, 'range': 0.1}, 'time_step': 1e-5, 'time': 0.002, 'realizations': "
+    "70, 'method': '%s', " STATIC_OBSERVABLES "}",
     "{'particles': 5, 'length': 7, 'diameter': 0.4, 'time_step': 1e-2, 'time': 0.5, "
     "'realizations': 70, 'method': '%s', " STATIC_OBSERVABLES "}",
 };
