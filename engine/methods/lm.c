@@ -46,7 +46,7 @@ static struct step_limit lm_time_step(const struct plan *plan)
     const double stable = 0.8;
     struct step_limit limit = {INFINITY, "nothing"};
     double gap = plan->free_length / (double)plan->particles;
-    double share = gap < 0.1 * plan->period ? 0.25 : 0.4;
+    double share = gap < 0.1 * plan->period ? 0.2 : 0.4;
     double scale = power(plan->tolerance / 0.005, 2.0 / 3.0);
     step_limit_rates(&limit, plan, fmin(stable, share * scale), fmin(stable, scale));
     return limit;
