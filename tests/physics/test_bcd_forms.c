@@ -7,6 +7,7 @@
 #include "kernels/clusters.h"
 #include "part.h"
 #include "scene.h"
+#include "scene_json.h"
 
 #include <float.h>
 #include <math.h>
@@ -228,12 +229,39 @@ static void test_jobs_agree(void **state)
     assert_true(mean[0] != 0);
 }
 
+/* The event by event form ends at 10^5 rods, and does not begin with more. */
+static void test_many_rods(void **state)
+{
+    (void)state;
+    const char *job = "{\"particles\": %d, \"length\": 200000, \"diameter\": 1, \"time_step\": "
+                      "1e-2, \"time\": 0.03, \"method\": \"bcd_chronological\", "
+                      "\"observables\": {\"current\": {}}}";
+    for (int more = 0; more < 2; more++) {
+        char text[300];
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+        snprintf(text, sizeof text, job, 100000 + more);
+#pragma GCC diagnostic pop
+        struct bcd_errors errors = {0};
+        struct bcd_scene *scene = NULL;
+        enum bcd_status status = scene_json_parse(text, strlen(text), &scene, &errors);
+        assert_int_equal(status, more ? BCD_INVALID : BCD_OK);
+        if (more) {
+            assert_string_equal(errors.items[0].field, "/method");
+            continue;
+        }
+        struct experiment e = experiment_run(scene, 0);
+        experiment_end(&e);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_step_by_step),
         cmocka_unit_test(test_long_runs),
         cmocka_unit_test(test_jobs_agree),
+        cmocka_unit_test(test_many_rods),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
