@@ -83,12 +83,12 @@ static void check_pairs(const char *interaction)
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 4, 'length': 5, 'diameter': 0.6, 'interaction': %s, "
                          "'method': 'strang', 'time_step': 5e-4, 'equilibration_time': 1, 'time': "
-                         "20, 'realizations': 32, 'observables': {'pair_distribution': {'bins': 16,"
+                         "20, 'realizations': 32, 'observables': {'pair_distribution': {'bins': 8,"
                          " 'last': 2}}}",
                          interaction),
         0);
     struct theory_system system = equilibrium_system(&e.scene->plan);
-    struct theory_wanted wanted = {.pair_bins = 16, .pair_last = 2, .tolerance = 1e-5};
+    struct theory_wanted wanted = {.pair_bins = 8, .pair_last = 2, .tolerance = 1e-5};
     struct theory_result *exact = NULL;
     assert_int_equal(theory_canonical(&exact, &system, &wanted, NULL), BCD_OK);
     struct bcd_table *t = experiment_table(&e, "pair_distribution");
@@ -182,7 +182,7 @@ static void check_points(const char *interaction, int particles, double length, 
     struct experiment e = experiment_run(
         experiment_scene("{'particles': %d, 'length': %.17g, 'interaction': %s, 'method': 'strang',"
                          " 'time_step': 5e-4, 'equilibration_time': 1, 'time': 25, 'realizations': "
-                         "16, 'observables': {'pair_distribution': {'bins': %d, 'last': %.17g}}}",
+                         "10, 'observables': {'pair_distribution': {'bins': %d, 'last': %.17g}}}",
                          particles, length, interaction, BINS, length / 2),
         0);
     struct bcd_table *t = experiment_table(&e, "pair_distribution");
@@ -202,6 +202,67 @@ static void test_points_on_a_small_ring(void **state)
     check_points("{'type': 'yukawa', 'strength': 1.5, 'screening': 0.5, 'cutoff': 2}", 3, 4, g);
     three_points(soft, 4, g);
     check_points("{'type': 'expression', 'energy': '4*exp(-r^2)', 'cutoff': 2}", 3, 4, g);
+}
+
+/* Two rods in a box: density over [0, L] from the weight of both positions. */
+static void test_two_rods_between_walls(void **state)
+{
+    (void)state;
+    enum { CELLS = 600 };
+    const double length = 2, diameter = 0.2, cell = length / CELLS;
+    double density[BINS] = {0}, norm = 0;
+    for (int i = 0; i < CELLS; i++) {
+        for (int j = i; j < CELLS; j++) {
+            double x = (i + 0.5) * cell, apart = (j - i) * cell;
+            bool fits = x > diameter / 2 && x + apart < length - diameter / 2;
+            if (!fits || apart < diameter)
+                continue;
+            double weight = exp(-strong(apart)) * (j - i == CELLS / 10 ? 0.5 : 1);
+            norm += weight;
+            density[i * BINS / CELLS] += weight;
+            density[j * BINS / CELLS] += weight;
+        }
+    }
+    struct experiment e = experiment_run(
+        experiment_scene("{'particles': 2, 'length': 2, 'diameter': 0.2, 'boundary': 'walls', "
+                         "'interaction': {'type': 'yukawa', 'strength': 1.5, 'screening': 0.5, "
+                         "'cutoff': 2.5}, 'method': 'strang', 'time_step': 5e-4, 'time': 25, "
+                         "'equilibration_time': 1, 'realizations': 16, 'observables': {'density': "
+                         "{'bins': 10}}}"),
+        0);
+    for (int b = 0; b < BINS; b++)
+        density[b] /= norm * length / BINS;
+    struct bcd_table *t = experiment_table(&e, "density");
+    assert_rows(t, density, 5);
+    bcd_table_free(t);
+    experiment_end(&e);
+}
+
+/* Three orders of neighbours in a field against Metropolis' chain, which has no error of the step:
+ * it asks for energies, the dynamics for forces. */
+static void test_far_neighbours_against_metropolis(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"strang", "metropolis"};
+    static const double steps[] = {5e-4, 1e-3};
+    double value[2], error[2], step = 0;
+    for (int m = 0; m < 2; m++) {
+        struct experiment e = experiment_run(
+            experiment_scene("{'particles': 9, 'length': 8, 'diameter': 0.3, " FIELD "'interaction'"
+                             ": {'type': 'yukawa', 'strength': 4, 'screening': 0.5, 'cutoff': 3}, "
+                             "'method': '%s', 'time_step': %.17g, 'equilibration_time': 2, 'time': "
+                             "15, 'realizations': 16, 'observables': {'energy': {}}}",
+                             methods[m], steps[m]),
+            0);
+        struct bcd_table *t = experiment_table(&e, "energy");
+        value[m] = column_of(t, BCD_ROLE_VALUE)[0];
+        error[m] = column_of(t, BCD_ROLE_STDERR)[0];
+        step = m == 0 ? column_of(t, BCD_ROLE_TIME_STEP_ERROR)[0] : step;
+        bcd_table_free(t);
+        experiment_end(&e);
+    }
+    assert_true(step < 0.02);
+    assert_within(value[0], value[1], hypot(error[0], error[1]), 5, step);
 }
 
 /* ----------------------------------------------------------- automatic time step */
@@ -238,7 +299,7 @@ static void test_automatic_steps_are_right(void **state)
                     "'density': {'bins': 8}}}",
                     "stiffness of the interaction");
     check_automatic("{'particles': 6, 'length': 6, 'diameter': 0.5, " FIELD "'interaction': "
-                    "{'type': 'yukawa', 'strength': 0.5, 'screening': 1, 'cutoff': 1}, 'time': 20, "
+                    "{'type': 'yukawa', 'strength': 0.5, 'screening': 1, 'cutoff': 1}, 'time': 10, "
                     "'equilibration_time': 1, 'realizations': 24, 'observables': {'energy': {}, "
                     "'density': {'bins': 8}}}",
                     "curvature of the potential");
@@ -286,6 +347,8 @@ int main(void)
         cmocka_unit_test(test_pair_distributions),
         cmocka_unit_test(test_theory_beyond_neighbours_is_refused),
         cmocka_unit_test(test_points_on_a_small_ring),
+        cmocka_unit_test(test_two_rods_between_walls),
+        cmocka_unit_test(test_far_neighbours_against_metropolis),
         cmocka_unit_test(test_automatic_steps_are_right),
         cmocka_unit_test(test_rods_stay_in_order),
     };
