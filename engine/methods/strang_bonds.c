@@ -209,6 +209,7 @@ static void step(struct sim *sim)
         for (int64_t i = 0; i < plan->particles; i++)
             work->half[i] = sim->y[i] + work->velocity[i] / 2;
         bonds_average(&half_ring);
+        resolve_sticking(plan, half.y, work->blocks);
         drift(sim, plan->time_step, &half);
         noise.drift = work->drift;
     }
