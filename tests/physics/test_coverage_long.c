@@ -6,6 +6,7 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -46,6 +47,12 @@ static const char *method_name(size_t index)
     return row->choice(index);
 }
 
+/* "auto" is one of the others, and the published forms of bcd are the same map. */
+static bool stands_for_itself(const char *method)
+{
+    return strcmp(method, "auto") != 0 && strncmp(method, "bcd_", 4) != 0;
+}
+
 static void test_error_bars_hold(void **state)
 {
     (void)state;
@@ -53,6 +60,8 @@ static void test_error_bars_hold(void **state)
     struct coverage all = {0};
     for (size_t m = 0; method_name(m); m++) {
         struct coverage c = {0};
+        if (!stands_for_itself(method_name(m)))
+            continue;
         for (size_t s = 0; s < sizeof scenes / sizeof *scenes; s++)
             for (size_t f = 0; f < sizeof factors / sizeof *factors; f++)
                 coverage_add(&c, &scenes[s], method_name(m), factors[f], 48);
