@@ -2,6 +2,7 @@
  * parts.c - see parts.h. A new part: copy the nearest file, fill its table, add one line here. */
 #include "parts.h"
 
+extern const struct method_type method_lm;
 extern const struct method_type method_strang;
 extern const struct method_type method_strang_bonds;
 extern const struct method_type method_elastic;
@@ -33,10 +34,11 @@ extern const struct observable_type observable_cluster_sizes;
 extern const struct observable_type observable_contact_force;
 extern const struct observable_type observable_trajectory;
 
-const struct method_type *const method_types[] = {&method_strang, &method_strang_bonds, &method_elastic, &method_bcd,
-                                                 &method_strating, &method_tao,
-                                                 &method_metropolis, &method_bcd_chronological,
-                                                 &method_bcd_premerging, NULL};
+const struct method_type *const method_types[] = {
+    &method_lm, &method_strang, &method_strang_bonds, &method_elastic, &method_bcd,
+    &method_bcd_chronological, &method_bcd_premerging, &method_strating, &method_tao,
+    &method_metropolis, NULL,
+};
 
 const struct potential_type *const potential_types[] = {
     &potential_cosine, &potential_fourier, &potential_table, &potential_expression, NULL};

@@ -190,7 +190,7 @@ const struct method_type method_metropolis = {
     .part = {.name = "metropolis",
              .doc = "Metropolis Monte Carlo, exact equilibrium averages at any time step"},
     .order = 0.5,
-    .step_ns = 40,
+    .step_ns = 75,
     .cannot = metropolis_cannot,
     .time_step = metropolis_time_step,
     .layout = metropolis_layout,

@@ -218,7 +218,7 @@ static void tao_advance(struct sim *sim, int64_t ticks)
 const struct method_type method_tao = {
     .part = {.name = "tao", .doc = "contacts in order of time, noise drawn anew after each"},
     .order = 1,
-    .step_ns = 30,
+    .step_ns = 20,
     .cannot = tao_cannot,
     .time_step = tao_time_step,
     .layout = tao_layout,
