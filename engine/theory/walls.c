@@ -90,9 +90,9 @@ static void find_edges(struct walls *walls, int64_t rod)
 
 static size_t edges_most(const struct model *model, double panels)
 {
-    double share = (model->free_length / model->system.length);
+    double share = model->free_length / model->system.length;
     double bins = (double)(model->wanted.density_bins + model->wanted.contact_bins);
-    return (size_t)(3 * panels + share * bins + 8);
+    return (size_t)((model->reach > 0 ? 3 : 1) * panels + share * bins + 8);
 }
 
 /* ------------------------------------------------------------------- places */
@@ -247,7 +247,7 @@ static void finish(struct walls *walls)
 /* Panels of a first grid resolve mean gaps, over which the chains change, and the potential. */
 static double panel_width(const struct model *model, size_t level)
 {
-    double width = fmin(fmin(4 * model->mean_gap, model->free_length / 2), model->period / 2);
+    double width = fmin(fmin(6 * model->mean_gap, model->free_length / 2), model->period);
     return width / pow(1.5, (double)level);
 }
 
