@@ -10,11 +10,13 @@ static const struct cli_command reports[] = {
     {.name = "report figures",
      .usage = "[--out DIR] [--only TEXT] [--full] [--method M] [--workers N] [--quiet] [--jobs]",
      .doc =
-         "simulates Figs. 3, 4 and 6 of the 2022 paper beside exact theory\n"
-         "Density and contact density of hard rods (Figs. 3, 4), both of sticky rods (Fig. 6);\n"
-         "doi 10.1103/PhysRevE.106.054606. Each figure becomes a picture (SVG), each panel a "
-         "table\n"
-         "(CSV) in DIR. Printed, and kept in 2022-figures.csv, are for each panel:\n"
+         "simulates Figs. 3 to 6 of the 2022 paper and Fig. 7 of the 2024 one, beside theory\n"
+         "Density and contact density of hard rods (Figs. 3, 4), both of sticky rods (Fig. 6), "
+         "their\n"
+         "attraction (Fig. 5, computed); doi 10.1103/PhysRevE.106.054606. Displacements of sticky "
+         "rods\n"
+         "in wells (Fig. 7 of doi 10.1016/j.cpc.2024.109474; method auto). Each figure becomes a\n"
+         "picture (SVG), each panel a table (CSV) in DIR. Printed, and kept in 2022-figures.csv, are for each panel:\n"
          "  L1         integral of |measured - theory| over a period, relative to that of theory\n"
          "  max|z|     largest distance of a bin in standard errors\n"
          "  chi2/dof   sum of z squared per bin, and p, how likely at least as much is by chance\n"
@@ -25,9 +27,9 @@ static const struct cli_command reports[] = {
          "The runs start in exact equilibrium; short ones keep part of it.\n"
          "\n"
          "  --out DIR    where files go; made when missing (default: figures)\n"
-         "  --only TEXT  only scenes whose name contains it: fig4, fig3-sigma0.2, gamma10\n"
-         "  --full       long runs with smaller steps: HOURS of one core, not 4 minutes\n"
-         "  --method M   another method than bcd, with the time step it chooses itself\n"
+         "  --only TEXT  only scenes whose name contains it: fig4, fig3-sigma0.2, gamma10, 2024\n"
+         "  --full       long runs with smaller steps: HOURS of one core, not 6 minutes\n"
+         "  --method M   another method than the figure's, with the step it chooses itself\n"
          "  --workers N  threads (default: all cores)\n"
          "  --jobs       runs nothing: prints all jobs, completed, as one JSON object\n"
          "  --quiet      no progress bar (there is none either unless stderr is a terminal)",
@@ -59,6 +61,23 @@ static const struct cli_command reports[] = {
          "  --full       ten times the time: more than an hour\n"
          "  --budget S   core seconds for the averages of one entry instead (default: 1.5)",
      .function = cli_report_work_precision},
+    {.name = "report stability",
+     .usage = "[--json FILE] [--only TEXT] [--method M]",
+     .doc =
+         "tries every method at the extremes: strong fields, dense and jammed systems, long drag, "
+         "...\n"
+         "  right    within 3 standard errors and the time-step error of the exact value\n"
+         "  biased   by how much: energy in kT, density relative L1, velocity relative\n"
+         "  ran      there is no exact value: finite, and rods in order\n"
+         "  refused  before it ran, in words\n"
+         "Anything else is a silent failure, and the exit status 1. Each runs in a process of its "
+         "own:\n"
+         "a crash or a hang is a verdict too. Two minutes of one core at most.\n"
+         "\n"
+         "  --json FILE  the verdicts as JSON too\n"
+         "  --only TEXT  only extremes whose name contains it: U0, ell, sticky\n"
+         "  --method M   only this method",
+     .function = cli_report_stability},
     {0},
 };
 

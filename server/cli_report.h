@@ -8,5 +8,6 @@
 /* argv[0] is the report's name. Returns the exit status. */
 int cli_report_figures(const struct cli_command *self, int argc, char **argv);
 int cli_report_work_precision(const struct cli_command *self, int argc, char **argv);
+int cli_report_stability(const struct cli_command *self, int argc, char **argv);
 
 #endif

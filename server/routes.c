@@ -21,7 +21,7 @@ static const struct route routes[] = {
     {"GET",    JOB "/results/{name}.svg", false, handle_results_svg, "the same as a picture"},
     {"POST",   "/v1/estimate", false, handle_jobs_estimate, "a job's cost before it is submitted"},
     {"POST",   "/v1/theory", false, handle_jobs_theory, "a job's exact references"},
-    {"GET",    WORK, false, handle_reports_json, "error against run time, measured on this machine"},
+    {"GET",    WORK, false, handle_reports_json, "error against run time on this machine"},
     {"GET",    WORK ".csv", false, handle_reports_csv, "the same as CSV"},
     {"GET",    WORK ".svg", false, handle_reports_svg, "the same as a picture"},
     {"POST",   WORK, true, handle_reports_measure, "measure it again; ?budget= &scene= &method="},
