@@ -15,7 +15,6 @@
 #include "part.h"
 #include "proposal.h"
 #include "step_limit.h"
-#include "kernels/elementary.h"
 #include "kernels/ring_sort_marked.h"
 
 #include <math.h>
@@ -40,16 +39,23 @@ static const char *lm_cannot(const struct plan *plan)
 }
 
 /* Shares measured at an L1 error of the density of .005; errors fall as h^(3/2) there. Dense rings
- * need shorter steps; and k h stays well inside the stability limit of 2, whatever is tolerated. */
+ * need shorter steps; and steps of twice the length, which tell the error, stay allowed, whatever
+ * is tolerated. */
 static struct step_limit lm_time_step(const struct plan *plan)
 {
-    const double stable = 0.8;
+    const double stable = 0.5;
     struct step_limit limit = {INFINITY, "nothing"};
     double gap = plan->free_length / (double)plan->particles;
     double share = gap < 0.1 * plan->period ? 0.2 : 0.4;
-    double scale = power(plan->tolerance / 0.005, 2.0 / 3.0);
-    step_limit_rates(&limit, plan, fmin(stable, share * scale), fmin(stable, scale));
+    double scale = tolerance_share(plan, 1.5);
+    step_limit_rates(&limit, plan, fmin(stable, share * scale),
+                     fmin(stable, stable * scale));
     return limit;
+}
+
+static bool lm_exact(const struct plan *plan, bool dynamic)
+{
+    return !dynamic && moves_freely(plan);
 }
 
 static double half_noise(const struct plan *plan)
@@ -114,6 +120,7 @@ const struct method_type method_lm = {
     .order = 1.5,
     .step_ns = 9,
     .cannot = lm_cannot,
+    .exact = lm_exact,
     .time_step = lm_time_step,
     .layout = lm_layout,
     .begin = lm_begin,

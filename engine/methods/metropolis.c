@@ -39,6 +39,13 @@ static const char *metropolis_cannot(const struct plan *plan)
     return NULL;
 }
 
+/* Where there is an equilibrium at all. */
+static bool metropolis_exact(const struct plan *plan, bool dynamic)
+{
+    bool steady = !plan->field || plan->potential->steady(plan->potential_par);
+    return !dynamic && steady && (plan->force == 0 || plan->walls);
+}
+
 /* Statics are exact: moves of about the width of a well and of a gap, most of which are accepted.
  * Dynamics: each rod is slowed down by the share of its moves that are refused, .4 of the step
  * times the slope of U/kT and .2 of the step over the gap. */
@@ -192,6 +199,8 @@ const struct method_type method_metropolis = {
     .order = 0.5,
     .step_ns = 75,
     .cannot = metropolis_cannot,
+    .exact = metropolis_exact,
+    .any_step = true,
     .time_step = metropolis_time_step,
     .layout = metropolis_layout,
     .advance = metropolis_advance,

@@ -27,8 +27,14 @@ static const char *strating_cannot(const struct plan *plan)
 static struct step_limit strating_time_step(const struct plan *plan)
 {
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, 0.018, 0.1);
+    step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
     return limit;
+}
+
+static bool strating_exact(const struct plan *plan, bool dynamic)
+{
+    (void)dynamic;
+    return moves_freely(plan);
 }
 
 static void strating_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
@@ -63,6 +69,7 @@ const struct method_type method_strating = {
     .order = 1,
     .step_ns = 11,
     .cannot = strating_cannot,
+    .exact = strating_exact,
     .time_step = strating_time_step,
     .layout = strating_layout,
     .advance = strating_advance,

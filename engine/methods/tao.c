@@ -47,7 +47,7 @@ static const char *tao_cannot(const struct plan *plan)
 static struct step_limit tao_time_step(const struct plan *plan)
 {
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, 0.018, 0.1);
+    step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
     return limit;
 }
 

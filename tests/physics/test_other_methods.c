@@ -278,7 +278,7 @@ static void test_metropolis_is_exact_at_long_steps(void **state)
         "'contact_density': {'bins': 5, 'gap': 0.05}, 'pair_distribution': {'bins': 10}}}",
         "{'particles': 8, 'length': 10, 'diameter': 0.8, 'initial': 'equilibrium', 'potential': "
         "{'type': 'cosine', 'amplitude': 3}, 'interaction': {'type': 'sticky', 'strength': 0.3, "
-        "'range': 0.1}, 'method': 'metropolis', 'stability': 'ignored', 'time_step': 1e-3, 'time': 15, "
+        "'range': 0.1}, 'method': 'metropolis', 'time_step': 1e-3, 'time': 15, "
         "'realizations': 60, 'observables': {'energy': {}, 'density': {'bins': 25}, "
         "'contact_density': {'bins': 5, 'gap': 0.02}}}",
     };
