@@ -9,7 +9,9 @@
 void proposal_layout(struct proposal *proposal, const struct plan *plan, struct arena *scratch)
 {
     noise_layout(&proposal->noise, plan->particles, scratch);
-    proposal->z = arena_take(scratch, (size_t)plan->particles * sizeof *proposal->z);
+    proposal->z = NULL; /* without forces rods are displaced in place */
+    if (plan->field || plan->pair)
+        proposal->z = arena_take(scratch, (size_t)plan->particles * sizeof *proposal->z);
 }
 
 void proposal_add_forces(const struct sim *sim, const double *y, double scale, double *out)

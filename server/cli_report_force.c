@@ -168,7 +168,8 @@ bool force_figure_init(struct force_figure *figure)
 {
     *figure = (struct force_figure){0};
     memcpy(figure->gamma, gammas, sizeof gammas);
-    figure->force = make_table(&(struct heading){"force", "gap", "gap g", "attraction (kT/\xCE\xBB)"},
+    figure->force = make_table(&(struct heading){"force", "gap", "gap g",
+                                                 "attraction (kT/\xCE\xBB)"},
                                (size_t)FORCE_GAMMAS * FORCE_EXPONENTS * (GAPS + 1), true);
     figure->largest = make_table(&(struct heading){"largest_force", "exponent", "exponent p",
                                                    "largest attraction"},

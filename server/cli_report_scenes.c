@@ -69,7 +69,7 @@ static const struct report_figure figures[] = {
 /* The step of sticky dynamics has to resolve the attraction: 9e-6 (gamma 1), 2e-6 (10). */
 #define MSD(step, duration, runs, lag)                                                             \
     {.time_step = step, .time = duration, .realizations = runs, .last = lag}
-#define SLIDING .figure = 7, .effort = {MSD(0, 400, 16, 100), MSD(0, 10000, 10, 1000)}
+#define SLIDING .figure = 7, .effort = {MSD(0, 3000, 6, 1000), MSD(0, 10000, 10, 1000)}
 #define STICKING .figure = 7, .effort = {MSD(0, 20, 8, 10), MSD(0, 2000, 10, 500)}
 #define CLUSTERING .figure = 7, .effort = {MSD(0, 8, 6, 4), MSD(0, 500, 8, 100)}
 

@@ -86,7 +86,9 @@ void plot_legend_add(struct plot_legend *legend, const struct plot_curve *curve,
 static void add_key(struct text *svg, size_t style, const double at[2], const char *label)
 {
     struct text mark = {0};
-    text_add(&mark, "<path d=\"M0 0H24\" stroke=\"%s\" stroke-width=\"1.6\" stroke-dasharray=\"%s\"/>",
+    text_add(&mark,
+             "<path d=\"M0 0H24\" stroke=\"%s\" stroke-width=\"1.6\" "
+             "stroke-dasharray=\"%s\"/>",
              colours[style % COLOURS], dashes[style % DASHES]);
     open_markers(&mark, style);
     add_marker(&mark, style, (double[]){12, 0}, 3.6);

@@ -42,17 +42,29 @@ static double *take_rods(const struct sim *sim, struct arena *scratch)
     return arena_take(scratch, (size_t)sim->plan->particles * sizeof(double));
 }
 
+/* No exact flow is known. */
+static bool needs_midpoint(const struct plan *plan)
+{
+    return plan->pair || (plan->field && !plan->potential->flow);
+}
+
 static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
 {
-    struct strang_work work, *own = arena_take(scratch, sizeof *own);
+    const struct plan *plan = sim->plan;
+    struct strang_work work = {0}, *own = arena_take(scratch, sizeof *own);
     (void)kept;
     int64_t n = sim->plan->particles;
     noise_layout(&work.noise, n, scratch);
-    noise_layout(&work.view_noise, n, scratch);
-    work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     work.scratch = take_rods(sim, scratch);
-    work.middle = take_rods(sim, scratch);
-    work.view = take_rods(sim, scratch);
+    /* What follows is for those scenes only that have it. */
+    if (plan->field || plan->pair || plan->force != 0)
+        work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
+    if (needs_midpoint(plan))
+        work.middle = take_rods(sim, scratch);
+    if (plan->sample_ns > 0) { /* some observable looks within a step */
+        noise_layout(&work.view_noise, n, scratch);
+        work.view = take_rods(sim, scratch);
+    }
     if (own)
         *own = work;
     sim->work = own;
@@ -91,7 +103,7 @@ static void drift(const struct sim *sim, double time, double *y)
 {
     const struct plan *plan = sim->plan;
     struct strang_work *work = sim->work;
-    if (plan->pair || (plan->field && !plan->potential->flow))
+    if (needs_midpoint(plan))
         flow_midpoint(sim, time, y);
     else if (plan->field || plan->force != 0)
         flow_exact(sim, time, y);

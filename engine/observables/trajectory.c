@@ -4,8 +4,8 @@
  * realization alone, at moments `every` apart (rounded to whole steps), from the beginning of the
  * measurement on. One path is no mean: it has neither error bars nor theory.
  *
- * Rows are rod by rod, times rising: the columns time and x with the rod's number beside them, equal
- * for the rows of one path. At most NUMBERS_MAX positions in all.
+ * Rows are rod by rod, times rising: the columns time and x with the rod's number beside them,
+ * equal for the rows of one path. At most NUMBERS_MAX positions in all.
  */
 #include "part.h"
 #include "table.h"

@@ -95,18 +95,6 @@ check "six panels, fifteen curves and three" sh -c '
     - "$T/force/2022-fig5.svg"
 check "three files" test "$(ls "$T/force" | wc -l)" = 3
 
-# One curve of Fig. 7 of 2024, the cheapest.
-curve=2024-fig7b-sigma0.8-rho0.5
-bcd report figures --only $curve --out "$T/msd" --workers 2
-check "one curve of the displacements runs" exits 0
-check "flat in a well, then slower than t" awk '$1 == "0.8" && $2 == "0" {
-        gsub(/[()=t]/, " "); n++; ok = $3 > 0.012 && $3 < 0.017 && $5 > 0.018 && $5 < 0.03 &&
-        $8 < 0.45 && $(NF - 1) > 0.4 && $(NF - 1) < 0.75 }
-    END { exit !(ok && n == 1) }' "$T/out"
-check "the picture has one curve with error bars and guides" sh -c '
-    [ "$(grep -c "class=\"curve\"" "$1")" = 1 ] && [ "$(grep -c "class=\"guide\"" "$1")" -ge 1 ] &&
-    [ "$(grep -c "class=\"band\"" "$1")" = 1 ]' - "$T/msd/2024-fig7.svg"
-
 bcd report figures --only $scene --out "$T/density.csv"
 check "a file is no directory" exits 1
 check "says so" says "cannot be made"
