@@ -2,7 +2,7 @@
  *
  * report_keeper.c - see report_keeper.h.
  *
- * THREADS  `mutex` guards state, thread, share and reason. The measuring thread takes it for a
+ * THREADS  `mutex` guards state, thread, thread_id, share and reason. The measuring thread takes it for a
  *          moment only, between runs; `stop` is the one thing it looks at within them.
  */
 #include "report_keeper.h"
@@ -28,6 +28,7 @@ struct report_keeper {
     pthread_mutex_t mutex;
     enum state state;
     pthread_t thread;
+    pid_t thread_id; /* of the thread in motion, for its priority; 0 = not begun */
     double share;
     char reason[WORK_PRECISION_REASON];
 };
@@ -56,6 +57,12 @@ void report_keeper_free(struct report_keeper *keeper)
     if (!keeper)
         return;
     atomic_store(&keeper->stop, true);
+    /* On a busy machine the least urgent thread may take long to come to the end of what it is
+     * doing. Who may not raise a priority waits for that. */
+    pthread_mutex_lock(&keeper->mutex);
+    if (keeper->state == STATE_MEASURING && keeper->thread_id != 0)
+        setpriority(PRIO_PROCESS, (id_t)keeper->thread_id, 0);
+    pthread_mutex_unlock(&keeper->mutex);
     if (keeper->state != STATE_IDLE)
         pthread_join(keeper->thread, NULL);
     pthread_mutex_destroy(&keeper->mutex);
@@ -88,6 +95,7 @@ bool report_keeper_begin(struct report_keeper *keeper,
     if (keeper->state == STATE_IDLE) {
         keeper->options = *options;
         keeper->share = 0;
+        keeper->thread_id = 0;
         keeper->reason[0] = '\0';
         good = pthread_create(&keeper->thread, NULL, measure, keeper) == 0;
         keeper->state = good ? STATE_MEASURING : STATE_IDLE;
@@ -146,6 +154,9 @@ static void *measure(void *context)
     struct work_precision_options options = keeper->options;
     char reason[WORK_PRECISION_REASON] = "out of memory";
     setpriority(PRIO_PROCESS, (id_t)gettid(), LEAST_URGENT);
+    pthread_mutex_lock(&keeper->mutex);
+    keeper->thread_id = gettid();
+    pthread_mutex_unlock(&keeper->mutex);
     options.stop = &keeper->stop;
     options.progress = set_share;
     options.context = keeper;

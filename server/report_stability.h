@@ -42,7 +42,6 @@ struct stability_extreme {
     double time;     /* simulated, if that many steps are few enough */
     int64_t ticks_max;  /* of a realization; 0 = as many as are quick */
     bool drawn;         /* from exact equilibrium */
-    bool must_refuse;   /* running it is a failure however right */
 };
 const struct stability_extreme *stability_extreme(size_t index); /* NULL past the last */
 

@@ -37,7 +37,8 @@ check "a second measurement has to wait" test "$STATUS $TYPE" = "409 application
 before=$(date +%s%N)
 daemon_end TERM
 check "the daemon ends in the midst of it" test "$EXIT" = 0
-check "at once" test $((($(date +%s%N) - before) / 1000000)) -lt 1500
+# Within LIMIT_DRAIN_MS, on a busy machine too; by itself a measurement lasts a minute or more.
+check "at once" test $((($(date +%s%N) - before) / 1000000)) -lt 5000
 
 daemon_start "$T/data" --workers 1
 ask POST "$WORK?budget=0"
@@ -102,8 +103,9 @@ check "nor such a budget" test $? = 2
 # ---- stability: what must be refused is, and what runs is right or says how wrong
 "$B/bcd" report stability --only "h = " --json "$T/body" >"$T/table" 2>&1
 check "steps that would melt a profile, miss wells or silence stickiness" test $? = 0
-check "are refused, in words, whatever the method" holds '.failed == 0 and .tried >= 9 and
-    all(.entries[]; .verdict == "refused" and (.reason | length) > 10)'
+check "are refused, in words; but metropolis is exact with any" holds '.failed == 0 and .tried >= 9 and
+    all(.entries[]; (.verdict == "refused" and (.reason | length) > 10) or
+        (.method == "metropolis" and .verdict == "right"))'
 "$B/bcd" report stability --only "ell < 0" >"$T/table" 2>&1
 check "so are rods that have no room" test $? = 0
 "$B/bcd" report stability --only "N = 2" --method strang --json "$T/body" >"$T/table" 2>&1
