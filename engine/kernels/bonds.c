@@ -279,7 +279,8 @@ static void take_off(struct flight *f)
     int64_t first = start;
     do {
         int64_t last = last_from(r, first), count = size_of(r, first, last);
-        struct bond_cluster c = {r->y[first], mean_of(r, f->noise->velocity, first, count), 0, 0, 0};
+        struct bond_cluster c = {.at = r->y[first]};
+        c.velocity = mean_of(r, f->noise->velocity, first, count);
         if (f->noise->drift)
             c.drift = mean_of(r, f->noise->drift, first, count);
         put_cluster(f, first, last, c);

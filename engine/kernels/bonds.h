@@ -20,12 +20,9 @@
  * the weight above is stationary for any number of rods and any step; not only for a pair. Flight
  * and elastic collisions of single rods are a sort (ring_sort.h).
  *
- * A drift before the noise (a splitting) leaves bonds as they are, but rods that part at t should
- * have drifted apart or together since: pass the drift of all rods, and half an acceleration's
- * worth of it, drift (1 - t)^2, is added to their distance. Without this the weight is off by
- * (drift)(deviation) in the layer at contact, an error of order 1/2 in the time step; it cancels
- * it exactly to that order (q = 1): stationary for a constant force, as uniformly accelerated
- * flight is.
+ * A drift acts as constant acceleration during the flight: of a rod with the drift d, d t^2 at the
+ * time t, of a cluster its rods' mean; meeting is the root of a quadratic. Forces that are constant
+ * leave the flights reversible and the weight times exp(-U/kT) stationary.
  */
 #ifndef KERNELS_BONDS_H
 #define KERNELS_BONDS_H
@@ -64,7 +61,7 @@ struct bond_noise {
     double strength;        /* gamma > 0 */
     double deviation;       /* of one rod's displacement, > 0 */
     const double *velocity; /* [n] the rods' displacements */
-    const double *drift;    /* [n] what the flow would do to single rods in this step; NULL = 0 */
+    const double *drift;    /* [n] the rods' own displacement by forces; NULL = 0 */
     struct noise_key key;   /* of uniform numbers */
     int64_t tick;
 };

@@ -47,6 +47,10 @@ static const char *const scenes[] = {
     "70, 'method': '%s', " STATIC_OBSERVABLES "}",
     "{'particles': 5, 'length': 7, 'diameter': 0.4, 'time_step': 1e-2, 'time': 0.5, "
     "'realizations': 70, 'method': '%s', " STATIC_OBSERVABLES "}",
+    "{'particles': 6, 'length': 8, 'diameter': 0.7, 'initial': 'equilibrium', 'potential': {'type':"
+    " 'cosine', 'amplitude': 8}, 'interaction': {'type': 'sticky', 'strength': 0.5, 'range': 0},"
+    " 'force': 0, 'time_step': 1e-3, 'time': 0.5, 'realizations': 70, 'method': '%s', "
+    ALL_OBSERVABLES "}",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * two_sticky_rods.h - exact mean square displacement of each of two rods on a free ring, D = 1, that
- * stick at contact alone.
+ * two_sticky_rods.h - exact mean square displacement of each of two rods on a free ring, D = 1,
+ * that stick at contact alone.
  *
  * The centre of mass diffuses with D/2; the gap g in [0, ell] is Brownian with 2 D and sticky at
  * both ends: gamma f'' = f' at 0, weight dg + gamma (delta(g) + delta(g - ell)). Only modes odd

@@ -125,7 +125,7 @@ static void test_random_rings(void **state)
     assert_true(made > 1000 && broken > 1000);
 }
 
-/* Nothing crosses and no bond breaks (gamma is huge): every cluster moves by the mean of its rods. */
+/* Nothing crosses, no bond breaks (gamma is huge): every cluster moves by the mean of its rods. */
 static void test_clusters_move_by_their_mean(void **state)
 {
     (void)state;
