@@ -2,8 +2,8 @@
  *
  * report_keeper.c - see report_keeper.h.
  *
- * THREADS  `mutex` guards state, thread, thread_id, share and reason. The measuring thread takes it for a
- *          moment only, between runs; `stop` is the one thing it looks at within them.
+ * THREADS  `mutex` guards state, thread, thread_id, share and reason. The measuring thread takes it
+ *          for a moment only, between runs; `stop` is the one thing it looks at within them.
  */
 #include "report_keeper.h"
 #include "log.h"
@@ -62,8 +62,9 @@ void report_keeper_free(struct report_keeper *keeper)
     pthread_mutex_lock(&keeper->mutex);
     if (keeper->state == STATE_MEASURING && keeper->thread_id != 0)
         setpriority(PRIO_PROCESS, (id_t)keeper->thread_id, 0);
+    bool begun = keeper->state != STATE_IDLE;
     pthread_mutex_unlock(&keeper->mutex);
-    if (keeper->state != STATE_IDLE)
+    if (begun)
         pthread_join(keeper->thread, NULL);
     pthread_mutex_destroy(&keeper->mutex);
     free(keeper->machine);
