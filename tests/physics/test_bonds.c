@@ -65,8 +65,8 @@ static void test_bonds_form(void **state)
     experiment_end(&e);
 }
 
-/* Exact in a field: .28921 bonded, gamma = 1, U0 = 6. Measured at h = 1e-3: -.0033(12) of it, and
- * -.0058(12) in energy. */
+/* Exact in a field: .28921 bonded, gamma = 1, U0 = 6. Measured at h = 1e-3: -.0029(8) of it, and
+ * -.0060(9) in energy. */
 static void test_field(void **state)
 {
     (void)state;
