@@ -160,7 +160,8 @@ bool central_complete(struct bcd_group *group, const struct central_law *law, do
                     cutoff);
         return false;
     }
-    double low = fmax(plan->diameter, 1e-9 * cutoff);
+    double scale = fmin(cutoff, plan->length / (double)plan->particles);
+    double low = fmax(plan->diameter, 1e-9 * scale);
     if (!check_collapse(group, c, low, plan, errors))
         return false;
     double press = squeeze(plan), kT = plan->temperature;

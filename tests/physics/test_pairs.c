@@ -238,8 +238,8 @@ static void test_two_rods_between_walls(void **state)
     experiment_end(&e);
 }
 
-/* Several orders of neighbours in a field against Metropolis' chain, which has no error of the step:
- * it asks for energies, the dynamics for forces. */
+/* Several orders of neighbours in a field against Metropolis' chain, which has no error of the
+ * step: it asks for energies, the dynamics for forces. */
 static void test_far_neighbours_against_metropolis(void **state)
 {
     (void)state;
@@ -290,18 +290,18 @@ static void test_automatic_steps_are_right(void **state)
     (void)state;
     check_automatic("{'particles': 6, 'length': 6, 'diameter': 0.5, " FIELD "'interaction': "
                     "{'type': 'yukawa', 'strength': 20, 'screening': 8, 'cutoff': 1}, 'time': 10, "
-                    "'equilibration_time': 1, 'realizations': 24, 'observables': {'energy': {}, "
-                    "'density': {'bins': 8}}}",
+                    "'equilibration_time': 1, 'realizations': 24, 'method': 'strang', "
+                    "'observables': {'energy': {}, 'density': {'bins': 8}}}",
                     "stiffness of the interaction");
     check_automatic("{'particles': 6, 'length': 6, 'diameter': 0.5, " FIELD "'interaction': "
                     "{'type': 'power', 'strength': -0.01, 'exponent': 8, 'cutoff': 1}, 'time': 10, "
-                    "'equilibration_time': 1, 'realizations': 24, 'observables': {'energy': {}, "
-                    "'density': {'bins': 8}}}",
+                    "'equilibration_time': 1, 'realizations': 24, 'method': 'strang', "
+                    "'observables': {'energy': {}, 'density': {'bins': 8}}}",
                     "stiffness of the interaction");
     check_automatic("{'particles': 6, 'length': 6, 'diameter': 0.5, " FIELD "'interaction': "
                     "{'type': 'yukawa', 'strength': 0.5, 'screening': 1, 'cutoff': 1}, 'time': 10, "
-                    "'equilibration_time': 1, 'realizations': 24, 'observables': {'energy': {}, "
-                    "'density': {'bins': 8}}}",
+                    "'equilibration_time': 1, 'realizations': 24, 'method': 'strang', "
+                    "'observables': {'energy': {}, 'density': {'bins': 8}}}",
                     "curvature of the potential");
 }
 

@@ -273,6 +273,24 @@ static void test_across_the_seam(void **state)
     bcd_scene_free(scene);
 }
 
+/* Between walls any cutoff will do: one beyond the box changes nothing near. */
+static void test_a_cutoff_far_beyond_the_box(void **state)
+{
+    (void)state;
+    static const struct law far = {
+        "{'type': 'yukawa', 'strength': 1.5, 'screening': 2, 'cutoff': 1e12}", yukawa, yukawa_slope,
+        0, 1e12};
+    struct bcd_scene *scene = scene_of(&far, 5, 10, "walls");
+    for (double r = 0.2; r < 9; r *= 1.3) {
+        double y[2] = {0.3, 0.3 + r}, f[2] = {0};
+        struct ring ring = {y, 2, 10, 0, 1, true};
+        scene->plan.pair->add_force(scene->plan.pair_par, &ring, 1, f);
+        assert_within(f[1], -yukawa_slope(r), 0, 0, 1e-12);
+        assert_within(f[0], yukawa_slope(r), 0, 0, 1e-12);
+    }
+    bcd_scene_free(scene);
+}
+
 /* Points on top of each other: bounded forces. */
 static void test_no_distance_gives_infinities(void **state)
 {
@@ -397,6 +415,7 @@ int main(void)
         cmocka_unit_test(test_where_the_force_no_longer_grows),
         cmocka_unit_test(test_all_pairs_against_a_double_loop),
         cmocka_unit_test(test_across_the_seam),
+        cmocka_unit_test(test_a_cutoff_far_beyond_the_box),
         cmocka_unit_test(test_no_distance_gives_infinities),
         cmocka_unit_test(test_what_makes_no_sense_is_refused),
         cmocka_unit_test(test_no_strength_no_interaction),
