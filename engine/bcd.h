@@ -348,8 +348,8 @@ void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks);
  * positions are the same to the last bit.
  *
  * All have rods of length 1/2 on a ring of length 2 n, from a lattice, seed 1; the field is a
- * cosine of amplitude 6, the drag 1, the attraction sticky (1, range .05, exponent 3), the density one of
- * 50 bins, looked at every 20 steps. A step is 1e-4 long, 1e-5 with attraction. */
+ * cosine of amplitude 6, the drag 1, the attraction sticky (1, range .05, exponent 3), the density
+ * one of 50 bins, looked at every 20 steps. A step is 1e-4 long, 1e-5 with attraction. */
 enum bcd_baseline_features {
     BCD_BASELINE_FIELD = 1,
     BCD_BASELINE_DRAG = 2,

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli_bench.c - bcd bench: what a step costs, per rod and as a ratio to drawing its noise and
  * evaluating its force, for every method; then reduced scenes against loops written by hand
- * (bench_leave_out.h). See cli.h. */
-#include "bench_leave_out.h"
+ * (cli_bench_leave_out.h). See cli.h. */
+#include "cli_bench_leave_out.h"
 #include "bench_turns.h"
 #include "cli.h"
 #include "scene_json.h"

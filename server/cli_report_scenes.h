@@ -45,7 +45,8 @@ struct report_figure {
 const struct report_scene *report_scene(size_t index);
 const struct report_figure *report_figure(size_t index);
 
-/* "2022-fig3-sigma0.2-rho0.5", "2022-fig6-gamma10-sigma0.8-rho0.8", "2024-fig7b-sigma0.8-rho0.5". */
+/* "2022-fig3-sigma0.2-rho0.5", "2022-fig6-gamma10-sigma0.8-rho0.8",
+ * "2024-fig7b-sigma0.8-rho0.5". */
 enum { REPORT_NAME_SIZE = 64 };
 void report_scene_name(const struct report_scene *scene, char name[REPORT_NAME_SIZE]);
 

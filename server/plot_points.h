@@ -34,8 +34,8 @@ struct plot_points {
 /* Fills *points from the table; false = out of memory. */
 bool plot_points_init(struct plot_points *points, const struct bcd_table *table);
 
-/* The same for one curve among others: `rows` rows from `first` on, never bars, thinned out to about
- * `most` points (a few at least). */
+/* The same for one curve among others: `rows` rows from `first` on, never bars, thinned out to
+ * about `most` points (a few at least). */
 struct plot_rows {
     const struct bcd_table *table;
     size_t first, rows;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The loops written by hand do what whole runs do, to the last bit, so that bench compares like
  * with like; and memory is what the scene needs, to the byte. */
-#include "bench_leave_out.h"
+#include "cli_bench_leave_out.h"
 #include "support/experiment.h"
 
 #include <setjmp.h>

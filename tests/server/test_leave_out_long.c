@@ -2,7 +2,7 @@
  * What a scene does not have costs no time: whole runs of 1000 rods against loops written by hand.
  * The goal is 3 %, which `bcd bench` shows; noisy machines are granted 10 % here. */
 #include "bcd.h"
-#include "bench_leave_out.h"
+#include "cli_bench_leave_out.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

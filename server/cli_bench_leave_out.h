@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * bench_leave_out.h - whole runs of reduced scenes against loops that were written by hand for just
+ * cli_bench_leave_out.h - whole runs of reduced scenes against loops that were written by hand for just
  * that scene (bcd.h, baseline): what a scene does not have should cost neither time nor memory.
  */
-#ifndef BENCH_LEAVE_OUT_H
-#define BENCH_LEAVE_OUT_H
+#ifndef CLI_BENCH_LEAVE_OUT_H
+#define CLI_BENCH_LEAVE_OUT_H
 
 #include "bench_turns.h"
 

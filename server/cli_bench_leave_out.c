@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "bench_leave_out.h"
+#include "cli_bench_leave_out.h"
 #include "bcd.h"
 #include "scene_json.h"
 #include "text.h"
