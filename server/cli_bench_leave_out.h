@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * cli_bench_leave_out.h - whole runs of reduced scenes against loops that were written by hand for just
- * that scene (bcd.h, baseline): what a scene does not have should cost neither time nor memory.
+ * cli_bench_leave_out.h - whole runs of reduced scenes against loops that were written by hand for
+ * just that scene (bcd.h, baseline): what a scene does not have should cost neither time nor
+ * memory.
  */
 #ifndef CLI_BENCH_LEAVE_OUT_H
 #define CLI_BENCH_LEAVE_OUT_H

@@ -2,7 +2,8 @@
  *
  * cli_report_force.h - Fig. 5 of the 2022 paper (doi 10.1103/PhysRevE.106.054606): the attraction
  * of sticky rods (its Eq. 32) against the gap for several exponents p, and its largest value
- * against p, for gamma .1, 1 and 10 at eps = .05. Computed from the engine's own force, not simulated.
+ * against p, for gamma .1, 1 and 10 at eps = .05. Computed from the engine's own force, not
+ * simulated.
  *
  * UNITS  wavelength and kT are 1.
  */

@@ -2,7 +2,8 @@
  *
  * cli_report_msd.h - Fig. 7 of the 2024 paper (doi 10.1016/j.cpc.2024.109474): mean squared
  * displacements of sticky rods in a cosine potential, all stickinesses of one diameter in one
- * panel, and what is said of them: the plateau within a well, the law t^(1/2), the order of the curves.
+ * panel, and what is said of them: the plateau within a well, the law t^(1/2), the order of the
+ * curves.
  */
 #ifndef CLI_REPORT_MSD_H
 #define CLI_REPORT_MSD_H
