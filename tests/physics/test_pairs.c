@@ -250,7 +250,7 @@ static void test_far_neighbours_against_metropolis(void **state)
         struct experiment e = experiment_run(
             experiment_scene("{'particles': 12, 'length': 8, " FIELD "'interaction': {'type': "
                              "'expression', 'energy': '6*exp(-r^2)', 'cutoff': 3}, 'method': '%s', "
-                             "'time_step': %.17g, 'equilibration_time': 2, 'time': 15, "
+                             "'time_step': %.17g, 'equilibration_time': 1, 'time': 5, "
                              "'realizations': 16, 'observables': {'energy': {}}}",
                              methods[m], steps[m]),
             0);
