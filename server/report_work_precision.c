@@ -5,7 +5,8 @@
  * one it would choose itself and half of the largest one that is not refused.
  *
  * Each entry has the same budget of processor time, turned into simulated time by a short run
- * before it. Realizations start from exact equilibrium and are given some time to forget it.
+ * before it. Realizations start from exact equilibrium, where one is quickly drawn or the run is
+ * short, and are given some time to forget it.
  */
 #include "report_work_precision.h"
 #include "report_run.h"
@@ -20,22 +21,25 @@ enum { REALIZATIONS = 48, PROBE_STEPS = 1000, DOUBLINGS_MAX = 40, STEPS_MIN = 64
 static const double ladder_least = 2, ladder_most = 4; /* ratio of neighbouring time steps */
 static const double drift_share = 0.5, reference_share = 2; /* of an entry's budget */
 static const double forget_time = 0.5, drift_forget_time = 5; /* in units of lambda^2 / D */
+static const double drift_forget_least = 0.5; /* less, and a drift is still that of the start */
+static const double extrapolation_max = 1e3; /* below the finest step */
 static const double slow_factor = 20; /* over budget by this: the probe was misled */
 
 #define COSINE(u) "\"potential\":{\"type\":\"cosine\",\"amplitude\":" #u "}"
 #define MEDIUM "\"particles\":16,\"length\":20,\"diameter\":0.8,"
 
 /* f = 10 tilts wells of height 6. Under it rods leave wells of height 20 once in e^13 times: there
- * it is a force that nearly levels them (pi U0 = 63). */
+ * it is a force that nearly levels them (pi U0 = 63); a filled ring moves as a whole or not at all:
+ * there it more than levels them (19). */
 static const struct work_precision_scene scenes[WORK_PRECISION_SCENES] = {
-    {"sparse", 16, "\"particles\":16,\"length\":32,\"diameter\":0.5," COSINE(6), 10},
-    {"medium", 16, MEDIUM COSINE(6), 10},
-    {"dense", 20, "\"particles\":20,\"length\":20,\"diameter\":0.95," COSINE(6), 10},
-    {"stiff", 16, MEDIUM COSINE(20), 60},
+    {"sparse", 16, "\"particles\":16,\"length\":32,\"diameter\":0.5," COSINE(6), 10, false},
+    {"medium", 16, MEDIUM COSINE(6), 10, false},
+    {"dense", 20, "\"particles\":20,\"length\":20,\"diameter\":0.95," COSINE(6), 30, true},
+    {"stiff", 16, MEDIUM COSINE(20), 60, false},
     {"sticky", 16,
      MEDIUM COSINE(6) ",\"interaction\":{\"type\":\"sticky\",\"strength\":1,\"range\":0.05,"
                       "\"exponent\":3}",
-     10},
+     10, false},
 };
 
 /* Exact profiles of the scene in work, on the measured bins. */
@@ -53,7 +57,8 @@ struct trial {
     int realizations;
     int seed;   /* each entry has its own: errors of different entries are independent */
     bool drift; /* with the force, and the current alone; else the static averages */
-    bool drawn; /* from exact equilibrium */
+    bool drawn; /* from exact equilibrium; else */
+    bool lattice; /* from a lattice, or at random */
 };
 
 static bool measure_scene(struct work_precision *report, struct work_precision_result *result,
@@ -131,7 +136,9 @@ static char *print_job(const struct work_precision_scene *scene, const struct tr
     struct text job = {0};
     text_add(&job, "{%s,\"method\":\"%s\",\"realizations\":%d,\"seed\":%d,\"initial\":\"%s\"",
              scene->members, trial->method, trial->realizations, trial->seed,
-             trial->drawn ? "equilibrium" : "uniform");
+             trial->drawn     ? "equilibrium"
+             : trial->lattice ? "lattice"
+                              : "uniform");
     if (trial->time_step > 0) {
         text_add(&job, ",\"time_step\":");
         text_add_number(&job, trial->time_step);
@@ -174,14 +181,17 @@ static bool accepted(const struct work_precision_scene *scene, const struct tria
     static const atomic_bool at_once = true; /* completed, but not run */
     struct report_run run = {.stop = &at_once};
     bool good = run_trial(&run, scene, trial) == REPORT_STOPPED;
-    if (good)
+    bool coarse = good && report_run_fact(run.scene, "curvature_time_step") > 1;
+    if (coarse)
+        snprintf(reason, WORK_PRECISION_REASON, "steps past the potential's curvature tell nothing");
+    else if (good)
         *step = report_run_fact(run.scene, "time_step");
     else
         snprintf(reason, WORK_PRECISION_REASON, "%s%s%s", run.error.field,
                  run.error.field[0] ? ": " : "",
                  run.error.text[0] ? run.error.text : bcd_status_text(run.error.code));
     report_run_fini(&run);
-    return good;
+    return good && !coarse;
 }
 
 /* Chooses the number of steps for a budget of one core's seconds after a short run, and then runs.
@@ -205,8 +215,11 @@ static enum report_outcome run_for(struct report_run *run, const struct work_pre
     double steps = 1e9 * core_seconds / (fmax(step_ns, 1) * trial->realizations);
     steps = fmin(fmax(steps, STEPS_MIN), 1e12);
     double forget = trial->drift ? drift_forget_time : forget_time;
-    double most = (trial->drift ? 0.3 : 0.1) * steps;
+    double most = (trial->drift || scene->filled ? 0.3 : 0.1) * steps;
     double equilibration = floor(fmin(most, forget / trial->time_step));
+    /* Draws of a filled ring take seconds to prepare. */
+    trial->lattice = scene->filled && equilibration < most;
+    trial->drawn = trial->drawn && !trial->lattice;
     trial->steps = (int64_t)(steps - equilibration);
     trial->equilibration = equilibration * trial->time_step;
     run->core_seconds_max = slow_factor * core_seconds + 1;
@@ -411,7 +424,10 @@ static bool measure_drift(const struct work_precision *report,
     }
     enum report_outcome outcome =
         run_for(&run, result->scene, &trial, drift_share * report->options.core_seconds);
-    if (outcome == REPORT_DONE) {
+    if (outcome == REPORT_DONE && trial.equilibration < drift_forget_least) {
+        snprintf(entry->drift_reason, WORK_PRECISION_REASON,
+                 "the budget does not last to forget the start");
+    } else if (outcome == REPORT_DONE) {
         struct work_precision_value v = velocity(&run);
         entry->value[WORK_PRECISION_DRIFT] = (struct work_precision_value){
             v.error / reference - 1,
@@ -501,6 +517,11 @@ static void find_cost(struct work_precision_method *method,
         timed++;
     }
     double step = pow(WORK_PRECISION_TOLERANCE / fit->factor, 1 / fit->order);
+    if (step < fine / extrapolation_max) {
+        method->cost_at_tolerance = NAN;
+        method->how = "lies more than a thousand times below the finest step measured";
+        return;
+    }
     method->how = step < fine ? "extrapolated" : step > coarse ? "measured" : "interpolated";
     method->cost_at_tolerance = sum / (double)timed / fmin(step, coarse);
 }

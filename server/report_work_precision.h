@@ -43,6 +43,7 @@ struct work_precision_scene {
     int particles;
     const char *members; /* geometry and forces as members of a job */
     double drift_force;
+    bool filled; /* one rod in each well: a lattice soon forgets that it was one */
 };
 const struct work_precision_scene *work_precision_scene(size_t index); /* NULL past the last */
 
