@@ -183,7 +183,7 @@ static bool accepted(const struct work_precision_scene *scene, const struct tria
     bool good = run_trial(&run, scene, trial) == REPORT_STOPPED;
     bool coarse = good && report_run_fact(run.scene, "curvature_time_step") > 1;
     if (coarse)
-        snprintf(reason, WORK_PRECISION_REASON, "steps past the potential's curvature tell nothing");
+        snprintf(reason, WORK_PRECISION_REASON, "steps past the potential's curvature");
     else if (good)
         *step = report_run_fact(run.scene, "time_step");
     else
