@@ -42,6 +42,8 @@ struct theory_system equilibrium_system(const struct plan *plan)
     if (plan->field) {
         system.energy = plan_energy;
         system.ctx = plan;
+        if (plan->potential->rough && plan->potential->rough(plan->potential_par))
+            system.tolerance = 1e-6; /* grids converge by powers only */
         if (plan->walls)
             system.period = fmin(plan->length, smooth_over(plan));
     }

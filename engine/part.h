@@ -45,6 +45,7 @@ struct potential_type {
     void (*flow)(const void *par, const struct plan *plan, double time, double duration, double *y);
     bool (*steady)(const void *par); /* does not depend on time: there is an equilibrium */
     double (*velocity)(const void *par); /* of the whole pattern; NULL = at rest */
+    bool (*rough)(const void *par); /* smooth only in pieces; NULL = smooth everywhere */
 };
 
 /* U(x) of a plan that has a potential, in the form theory/ wants it: ctx is the plan. */

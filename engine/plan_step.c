@@ -51,7 +51,8 @@ static struct step_limit step_allowed(const struct bcd_scene *scene)
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
         const struct observable_type *type = scene_observable_type(part);
-        if (type->time_step_max)
+        bool any = !type->dynamic && step_error_of(type, plan) == STEP_ERROR_ZERO;
+        if (type->time_step_max && !any)
             step_limit(&limit, type->time_step_max(part->group.values, plan),
                        type->base.part.name);
     }

@@ -29,7 +29,7 @@ static double of_pair(const struct moments *difference, size_t i, double order)
     if (n < 1)
         return NAN;
     double chance = n > 1 ? sqrt(difference->square[i] / (n * (n - 1))) : 0;
-    return (fabs(difference->mean[i]) + chance) / (exp2(fmin(order, 1)) - 1);
+    return (fabs(difference->mean[i]) + chance) / (exp2(fmin(order, 1.5)) - 1);
 }
 
 static double of_views(const struct moments *one, const struct moments *other, size_t i)

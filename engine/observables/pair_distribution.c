@@ -65,6 +65,15 @@ static void pair_check(const struct bcd_group *group, const struct plan *plan,
         group_fault(group, "last", errors, "must not exceed length - diameter = %.12g", most);
 }
 
+/* Next to contact, what noise crosses in a step must be small against a bin, or against the mean gap
+ * where bins are finer still: half of it (measured: 1 % off then, 5 % where all of it is crossed). */
+static double pair_time_step_max(const void *par, const struct plan *plan)
+{
+    double bin = pair_last(par, plan) / (double)pair_count(par, plan);
+    double reach = fmax(bin, 0.1 * plan->free_length / (double)plan->particles) / 2;
+    return plan->diffusion > 0 && reach > 0 ? reach * reach / (4 * plan->diffusion) : INFINITY;
+}
+
 /* Looking at a rod is looking at all rods within reach. */
 static double pair_sample_ns(const void *par, const struct plan *plan)
 {
@@ -136,6 +145,7 @@ const struct observable_type observable_pair_distribution = {
                       .params = pair_params},
              .par_size = sizeof(struct pair_par)},
     .check = pair_check,
+    .time_step_max = pair_time_step_max,
     .value = "pair_distribution",
     .sample_ns = pair_sample_ns,
     .count = pair_count,

@@ -9,6 +9,7 @@
 #include "kernels/formula.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { TILE = 64, LANES = 8 };
 
@@ -233,6 +234,13 @@ static bool expression_steady(const void *par)
     return true;
 }
 
+/* Kinks of the force come from these; the names may stand in others, which does no harm. */
+static bool expression_rough(const void *par)
+{
+    const char *text = ((const struct expression_par *)par)->energy;
+    return strstr(text, "abs") || strstr(text, "min") || strstr(text, "max");
+}
+
 /* Places of rods start .. start + n - 1: folded into the period, or, against rounding, held between
  * the walls. */
 static void places_of(const struct expression_par *p, const struct rods *rods, int64_t start, int n,
@@ -290,4 +298,5 @@ const struct potential_type potential_expression = {
     .add_force = expression_add_force,
     .energy_sum = expression_energy_sum,
     .steady = expression_steady,
+    .rough = expression_rough,
 };

@@ -77,6 +77,12 @@ static bool table_steady(const void *par)
     return true;
 }
 
+static bool table_rough(const void *par)
+{
+    (void)par;
+    return true;
+}
+
 static void table_add_force(const void *par, const struct rods *rods, double scale, double *out)
 {
     const struct table_par *p = par;
@@ -104,4 +110,5 @@ const struct potential_type potential_table = {
     .add_force = table_add_force,
     .energy_sum = table_energy_sum,
     .steady = table_steady,
+    .rough = table_rough,
 };

@@ -141,7 +141,7 @@ static enum bcd_status begin(struct model *model, const struct theory_system *sy
 {
     *model = (struct model){.system = *system, .wanted = *wanted};
     if (model->wanted.tolerance == 0) {
-        model->wanted.tolerance = 1e-9;
+        model->wanted.tolerance = system->tolerance > 0 ? system->tolerance : 1e-9;
     }
     enum bcd_status status = check_system(system, error);
     if (status) {

@@ -57,6 +57,7 @@ struct theory_system {
     double length;      /* L > N sigma */
     double diameter;    /* sigma >= 0 */
     double temperature; /* kT > 0 */
+    double tolerance;   /* relative error that can be reached, where nothing is wanted; 0: 1e-9 */
     double period;      /* of U; L is a whole number of them; unused without energy. Between walls
                          * any length over which U is smooth: grids start from it */
     double (*energy)(const void *ctx, double x); /* U(x); NULL: none */
@@ -75,7 +76,7 @@ struct theory_wanted {
     double pair_last; /* largest distance of the pair distribution, at most L/2; L between walls */
     size_t gap_bins;
     double gap_last;  /* largest gap of the gap distribution, at most L - N sigma */
-    double tolerance; /* relative error to be reached; 0: 1e-9 */
+    double tolerance; /* relative error to be reached; 0: the system's */
 };
 
 struct theory_result {

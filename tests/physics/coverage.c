@@ -48,7 +48,8 @@ static void add_table(struct coverage *c, const struct bcd_table *t, const char 
     size_t values = 0, covered = 0;
     double worst = 0;
     for (size_t i = 0; i < t->rows; i++) {
-        if (!isfinite(exact->values[i]) || !isfinite(step->values[i]) || !(error[i] > 0))
+        if (!isfinite(exact->values[i]) || !isfinite(step->values[i]) || !(error[i] > 0) ||
+            error[i] > 0.25 * fabs(exact->values[i])) /* too few counts for a law of errors */
             continue;
         double off = fabs(value[i] - exact->values[i]);
         bool in = off <= step->values[i] + 2 * error[i], resolved = off > 3 * error[i];
