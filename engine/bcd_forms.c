@@ -20,7 +20,8 @@ struct step_limit bcd_time_step(const struct plan *plan)
 {
     const double gap_share = 0.25;
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
+    double scale = tolerance_share(plan, 1), stable = 0.5; /* twice the step is, too */
+    step_limit_rates(&limit, plan, fmin(0.018 * scale, stable), fmin(0.1 * scale, stable));
     double gap = plan->free_length / (double)plan->particles,
            reach = plan->tolerance * gap / gap_share;
     if (plan->particles > 1 && plan->diffusion > 0 && gap > 0)

@@ -24,7 +24,7 @@ struct noise {
 void noise_layout(struct noise *noise, int64_t n, struct arena *scratch);
 
 /* z[i] += scale * normal(tick, i), i = 0 .. n-1. key->doubled: of the step that ticks 2 tick and 2
- * tick + 1 make up, (normal(2 tick, i) + normal(2 tick + 1, i)) / sqrt 2: the same path of noise. */
+ * tick + 1 make up, (normal(2 tick, i) + normal(2 tick + 1, i)) / sqrt 2: the same noise. */
 void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
                double *z);
 

@@ -78,7 +78,7 @@ struct hazard {
 };
 
 /* All of them for a plan; the number. */
-enum { HAZARDS = 4 };
+enum { HAZARDS = 5 };
 static void list_hazards(const struct plan *plan, struct hazard hazards[HAZARDS])
 {
     double share = plan->method->any_step ? INFINITY : stability_max;
@@ -90,6 +90,10 @@ static void list_hazards(const struct plan *plan, struct hazard hazards[HAZARDS]
                                  "drags rods past the potential: half periods a step"};
     hazards[3] = (struct hazard){step_in_reach(plan),
                                  "carries rods too far: steps of 500 lengths of the system"};
+    double gap = plan->free_length / (double)plan->particles, far = 10 * gap;
+    bool crowds = plan->method->bonds && plan->diffusion > 0 && gap > 0;
+    hazards[4] = (struct hazard){crowds ? far * far / (4 * plan->diffusion) : INFINITY,
+                                 "crowds collisions into a step: 4 D time_step / (10 gaps)^2"};
 }
 
 double plan_longest_step(const struct plan *plan)

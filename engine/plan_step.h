@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * plan_step.h - the part of a plan that is about the time step: its choice, what it must not exceed,
- * and the second plan with twice the step from which its error is told. Used by plan.c.
+ * plan_step.h - the part of a plan that is about the time step: its choice, what it must not
+ * exceed, and the second plan with twice the step from which its error is told. Used by plan.c.
  */
 #ifndef PLAN_STEP_H
 #define PLAN_STEP_H

@@ -37,6 +37,26 @@ static double of_views(const struct moments *one, const struct moments *other, s
     return one->samples[i] > 0 ? fabs(one->mean[i] - other->mean[i]) : NAN;
 }
 
+/* Lags of odd numbers of steps have no partner at twice the step: they take the larger error of
+ * their neighbours. */
+static void fill_gaps(double *error, size_t rows)
+{
+    double before = NAN;
+    for (size_t i = 0; i < rows; i++) {
+        if (!isnan(error[i])) {
+            before = error[i];
+            continue;
+        }
+        size_t next = i + 1;
+        while (next < rows && isnan(error[next]))
+            next++;
+        double after = next < rows ? error[next] : NAN;
+        for (; i < next; i++)
+            error[i] = fmax(before, after); /* of the one there is, if only one */
+        i--;
+    }
+}
+
 enum bcd_status step_error_add(struct bcd_table *table, const struct observable_type *type,
                                const struct plan *plan, const struct moments *value,
                                const struct moments *second)
@@ -54,6 +74,8 @@ enum bcd_status step_error_add(struct bcd_table *table, const struct observable_
         error[i] = kind == STEP_ERROR_PAIR    ? of_pair(second, i, plan->method->order)
                    : kind == STEP_ERROR_VIEWS ? of_views(value, second, i)
                                               : 0;
+    if (kind == STEP_ERROR_PAIR)
+        fill_gaps(error, table->rows);
     static const char *const from[] = {[STEP_ERROR_ZERO] = "exact at any time step",
                                        [STEP_ERROR_VIEWS] = "mid-noise and mid-drift",
                                        [STEP_ERROR_PAIR] = "twice the time step"};

@@ -125,10 +125,13 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
 
 static void add_remarks(struct bcd_table *table, const struct plan *plan)
 {
-    bool blocks = plan->realizations == 1;
-    table_note_text(table, "stderr_from", blocks ? "blocks" : "realizations");
-    table_note_number(table, blocks ? "blocks" : "realizations",
-                      (double)(blocks ? plan->blocks : plan->realizations));
+    const struct bcd_column *error = bcd_table_column(table, BCD_ROLE_STDERR);
+    const char *from = plan->realizations == 1 ? "blocks" : "realizations";
+    if (error && error->values) {
+        table_note_text(table, "stderr_from", from);
+        table_note_number(table, from,
+                          (double)(plan->realizations == 1 ? plan->blocks : plan->realizations));
+    }
     if (plan->method->experimental)
         table_note_text(table, "experimental", plan->method->experimental);
 }

@@ -21,8 +21,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* A single step that never ends is ended by the child's limit of processor time; patience is for one
- * that waits for ever. */
+/* A single step that never ends is ended by the child's limit of processor time; patience is for
+ * one that waits for ever. */
 enum { CORE_SECONDS_MAX = 20, PATIENCE_MS = 300000 };
 
 struct options {

@@ -26,7 +26,8 @@ static const char *elastic_cannot(const struct plan *plan)
 static struct step_limit elastic_time_step(const struct plan *plan)
 {
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, fmin(0.018 * tolerance_share(plan, 1), 0.5), 0.1);
+    double scale = tolerance_share(plan, 1), stable = 0.5; /* twice the step is, too */
+    step_limit_rates(&limit, plan, fmin(0.018 * scale, stable), fmin(0.1 * scale, stable));
     return limit;
 }
 

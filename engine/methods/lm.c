@@ -49,7 +49,7 @@ static struct step_limit lm_time_step(const struct plan *plan)
     double share = gap < 0.1 * plan->period ? 0.2 : 0.4;
     double scale = tolerance_share(plan, 1.5);
     step_limit_rates(&limit, plan, fmin(stable, share * scale),
-                     fmin(stable, stable * scale));
+                     fmin(stable, 0.25 * scale));
     return limit;
 }
 

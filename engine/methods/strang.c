@@ -27,7 +27,8 @@ struct strang_work {
 static struct step_limit strang_time_step(const struct plan *plan)
 {
     struct step_limit limit = {INFINITY, "nothing"};
-    step_limit_rates(&limit, plan, fmin(0.2 * tolerance_share(plan, 1.5), 0.8), 0.3);
+    double scale = tolerance_share(plan, 1.5), stable = 0.5; /* twice the step is, too */
+    step_limit_rates(&limit, plan, fmin(0.2 * scale, stable), fmin(0.3 * scale, stable));
     return limit;
 }
 

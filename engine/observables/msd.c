@@ -8,8 +8,7 @@
  * Origins of one stride share a ring of
  * stored configurations, so memory grows with the logarithm of the longest lag, not with the run.
  *
- * Where the error of the time step is told from a second pass with twice the step, lags are even
- * numbers of steps, so that both have them; first and last only where that is a change below 1 %.
+ * A second pass with twice the time step (plan.h) has the even lags alone; long ones are made even.
  *
  * A single realization is cut into blocks for its error bar. A lag's samples are gathered over as
  * many blocks as make at least four lags; where that leaves one sample there is no error bar.
@@ -61,7 +60,8 @@ static const struct bcd_param msd_params[] = {
 };
 
 /* The lags in ticks, rising (0: no whole number of ticks), with the stride of their origins and the
- * blocks that one sample gathers; configurations kept per stride. A pure function of parameters and plan. */
+ * blocks that one sample gathers; configurations kept per stride. A pure function of parameters
+ * and plan. */
 struct msd_lags {
     int64_t count, strides;
     int64_t lag[POINTS_MAX], gather[POINTS_MAX];
@@ -103,8 +103,7 @@ static void spread_lags(const struct msd_par *par, const struct plan *plan, stru
         double share = par->points > 1 ? (double)k / (double)(par->points - 1) : 0;
         int64_t lag = (int64_t)rint((double)first * power(ratio, share));
         lag = k + 1 == par->points && par->points > 1 ? last : lag;
-        bool given = k == 0 || k + 1 == par->points;
-        lag -= plan->paired > 0 && lag > (given ? 100 : 1) ? lag % 2 : 0;
+        lag -= plan->paired > 0 && lag > 100 ? lag % 2 : 0;
         if (lags->count == 0 || lag > lags->lag[lags->count - 1])
             lags->lag[lags->count++] = lag;
     }

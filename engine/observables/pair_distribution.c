@@ -65,8 +65,8 @@ static void pair_check(const struct bcd_group *group, const struct plan *plan,
         group_fault(group, "last", errors, "must not exceed length - diameter = %.12g", most);
 }
 
-/* Next to contact, what noise crosses in a step must be small against a bin, or against the mean gap
- * where bins are finer still: half of it (measured: 1 % off then, 5 % where all of it is crossed). */
+/* Next to contact, what noise crosses in a step must be small against a bin, or against the mean
+ * gap where bins are finer still: half of it (1 % off then; 5 % where all of it is crossed). */
 static double pair_time_step_max(const void *par, const struct plan *plan)
 {
     double bin = pair_last(par, plan) / (double)pair_count(par, plan);

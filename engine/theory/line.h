@@ -22,9 +22,9 @@ struct line_tables {
     double width; /* of every panel but the last */
     size_t panels, nodes, reach_panels;
     double node[LINE_RULE], weight[LINE_RULE], barycentric[LINE_RULE];
-    double below[LINE_RULE][LINE_RULE]; /* integrals from -1 to node tau of the cardinal functions */
+    double below[LINE_RULE][LINE_RULE]; /* integrals of cardinal functions up to node tau */
     double *place;                      /* [nodes] t */
-    double *bump, *bump_end; /* [1 + reach_panels][RULE][RULE] to any panel, to the last; NULL: none */
+    double *bump, *bump_end; /* [1 + reach_panels][RULE][RULE], NULL: none */
 };
 
 struct line {

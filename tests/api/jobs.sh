@@ -151,7 +151,7 @@ check "workers are free after that" until_state "$ID" done 10
 # ---- the rest
 ask POST /v1/estimate -d "$(small '')"
 check "an estimate tells the cost" holds '
-    .steps == 2000 and .rod_steps == 40000 and .core_seconds > 0 and .memory_bytes > 0
+    .steps == 2500 and .rod_steps == 50000 and .core_seconds > 0 and .memory_bytes > 0
     and .result_bytes > 0'
 ask GET /healthz
 check "healthz" test "$STATUS $(cat "$T/body")" = '200 {"status":"ok"}'

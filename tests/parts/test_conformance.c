@@ -51,6 +51,16 @@ static const char *const scenes[] = {
     " 'cosine', 'amplitude': 8}, 'interaction': {'type': 'sticky', 'strength': 0.5, 'range': 0},"
     " 'force': 0, 'time_step': 1e-3, 'time': 0.5, 'realizations': 70, 'method': '%s', "
     ALL_OBSERVABLES "}",
+    "{'particles': 6, 'length': 8, 'diameter': 0.5, 'potential': {'type': 'table', 'period': 2, "
+    "'values': [1, 0.2, -1, -0.1]}, 'interaction': {'type': 'yukawa', 'strength': 1, 'screening': "
+    "2, 'cutoff': 1.5}, 'time_step': 5e-4, 'time': 0.1, 'realizations': 2, 'method': '%s', "
+    STATIC_OBSERVABLES "}",
+    "{'particles': 5, 'length': 6, 'diameter': 0.5, 'boundary': 'walls', 'potential': {'type': "
+    "'expression', 'energy': '(x-3)^2/2 + sin(x)'}, 'force': 0.5, 'time_step': 1e-3, 'time': 0.4, "
+    "'method': '%s', 'observables': {'density': {}, 'msd': {}, 'trajectory': {'every': 0.005}}}",
+    "{'particles': 7, 'length': 8, 'diameter': 0.9, 'potential': {'type': 'fourier', 'cosine': [1], "
+    "'sine': [0, 0.5]}, 'time_step': 1e-4, 'time': 0.04, 'method': '%s', 'observables': "
+    "{'contact_force': {}, 'current': {}}}",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes };
 

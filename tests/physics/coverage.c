@@ -19,7 +19,8 @@ static struct bcd_scene *make(const struct coverage_scene *scene, const char *me
 {
     char job[1500];
     int length = snprintf(job, sizeof job,
-                          "{%s, 'method': '%s', 'time_step': %s, 'time': %.17g, 'realizations': %d}",
+                          "{%s, 'method': '%s', 'time_step': %s, 'time': %.17g, "
+                          "'realizations': %d}",
                           scene->members, method, step, scene->time, realizations);
     assert_in_range(length, 1, sizeof job - 1);
     for (char *c = job; *c; c++)

@@ -51,7 +51,7 @@ static void test_histogram(void **state)
 {
     (void)state;
     const double period = 2.5, diameter = 0.3;
-    const struct fold fold = {1 / period, BINS};
+    const struct fold fold = {1 / period, BINS, false};
     double y[RODS];
     int64_t counts[BINS] = {0}, expected[BINS] = {0}, total = 0;
     for (int i = 0; i < RODS; i++) {
@@ -75,7 +75,7 @@ static void test_histogram_of_nonsense(void **state)
     (void)state;
     static const double nonsense[] = {0x1.cp53, -0x1.cp53, 0x1p53,    -0x1p54, 1e15,
                                       1e300,    -1e300,    -INFINITY, NAN,     -1e-17};
-    const struct fold fold = {1, BINS};
+    const struct fold fold = {1, BINS, false};
     int64_t counts[BINS] = {0}, total = 0;
     for (size_t i = 0; i < sizeof nonsense / sizeof *nonsense; i++) {
         for (double shift = 0; shift < 100; shift += 0.5) {

@@ -79,8 +79,8 @@ static void test_why_there_is_none(void **state)
     (void)state;
     check("{" RODS FIELD "'time_step': 1e-3, 'time': 1, 'method': 'bcd', 'time_step_error': "
           "'skipped', " ENERGY, "energy", NULL, "not asked for");
-    check("{" RODS FIELD "'time_step': 5e-3, 'time': 1, 'realizations': 2, 'method': 'bcd', " ENERGY,
-          "energy", NULL, "not be stable");
+    check("{" RODS FIELD "'time_step': 5e-3, 'time': 1, 'realizations': 2, 'method': 'bcd', "
+          ENERGY, "energy", NULL, "not be stable");
     check("{" RODS FIELD "'time_step': 1e-3, 'time': 1e-3, 'realizations': 2, 'method': 'bcd', "
           ENERGY, "energy", NULL, "too few steps");
 }
