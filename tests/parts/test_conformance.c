@@ -58,8 +58,8 @@ static const char *const scenes[] = {
     "{'particles': 5, 'length': 6, 'diameter': 0.5, 'boundary': 'walls', 'potential': {'type': "
     "'expression', 'energy': '(x-3)^2/2 + sin(x)'}, 'force': 0.5, 'time_step': 1e-3, 'time': 0.4, "
     "'method': '%s', 'observables': {'density': {}, 'msd': {}, 'trajectory': {'every': 0.005}}}",
-    "{'particles': 7, 'length': 8, 'diameter': 0.9, 'potential': {'type': 'fourier', 'cosine': [1], "
-    "'sine': [0, 0.5]}, 'time_step': 1e-4, 'time': 0.04, 'method': '%s', 'observables': "
+    "{'particles': 7, 'length': 8, 'diameter': 0.9, 'potential': {'type': 'fourier', 'cosine': "
+    "[1], 'sine': [0, 0.5]}, 'time_step': 1e-4, 'time': 0.04, 'method': '%s', 'observables': "
     "{'contact_force': {}, 'current': {}}}",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes };

@@ -88,9 +88,8 @@ static void test_sticky_rods(void **state)
                          "'interaction': {'type': 'sticky', 'strength': 0.5, 'range': 0.1, "
                          "'exponent': 3}, 'potential': {'type': 'cosine', 'amplitude': 2}, "
                          "'method': 'strang', 'initial': 'equilibrium', 'time': 4, "
-                         "'realizations': 40, 'observables': {'density': {'bins': 10}, 'energy': {}, "
-                         "'contact_density': {'bins': 3, "
-                         "'gap': 0.1}}}"),
+                         "'realizations': 40, 'observables': {'density': {'bins': 10}, 'energy': "
+                         "{}, 'contact_density': {'bins': 3, 'gap': 0.1}}}"),
         0);
     check_rows(&e, "density", true);
     check_rows(&e, "energy", true);
