@@ -6,7 +6,7 @@
  */
 #include "bcd.h"
 #include "noise.h"
-#include "kernels/elementary.h"
+#include "kernels/attraction.h"
 #include "kernels/histogram.h"
 #include "kernels/isotonic.h"
 #include "kernels/ring_sort.h"
@@ -55,7 +55,7 @@ struct bcd_baseline {
     enum bcd_baseline_method method;
     int64_t n, tick;
     double ell, step, noise, growth, half_growth;
-    double range, exponent, deep; /* of the attraction: numbers of the job, not of the program */
+    struct attraction attraction; /* numbers of the job, not of the program */
     struct noise source, view_source;
     struct isotonic_block *blocks;
     double *y;       /* [n] */
@@ -92,7 +92,7 @@ static void lay_out(struct bcd_baseline *b)
     noise_layout(&b->source, b->n, arena);
     b->y = arena_take(arena, rods);
     b->other = strang || forces ? arena_take(arena, rods) : NULL;
-    b->blocks = !strang || b->features & (FIELD | DRAG | STICKY)
+    b->blocks = !strang || b->features & (FIELD | STICKY)
                     ? arena_take(arena, isotonic_blocks(b->n) * sizeof *b->blocks)
                     : NULL;
     b->middle = strang && b->features & STICKY ? arena_take(arena, rods) : NULL;
@@ -112,9 +112,7 @@ enum bcd_status bcd_baseline_create(struct bcd_baseline **out, unsigned features
     const double wave_number = 2 * M_PI;
     *b = (struct bcd_baseline){.features = features, .method = method, .n = n};
     b->ell = 2.0 * (double)n - (double)n * diameter;
-    b->range = 0.05;
-    b->exponent = 3;
-    b->deep = 1 * (b->exponent + 1) / b->range;
+    b->attraction = attraction_make(1, 0.05, 3);
     b->step = features & STICKY ? 1e-5 : 1e-4;
     b->noise = sqrt(2 * b->step);
     b->growth = exp_bounded(amplitude / 2 * wave_number * wave_number * b->step);
@@ -159,29 +157,20 @@ size_t bcd_baseline_bytes(const struct bcd_baseline *b)
 /* ------------------------------------------------------------------- forces */
 
 /* pairs/sticky.c */
-static inline double attraction(const struct bcd_baseline *b, double gap)
-{
-    double u = 1 - gap / b->range;
-    if (u < 1e-300)
-        return 0;
-    double below = power(u, b->exponent - 1);
-    return b->exponent * b->deep * below / (b->range * (1 + b->deep * below * u));
-}
-
 static void add_attraction(const struct bcd_baseline *b, const double *y, double scale, double *out)
 {
     const int64_t last = b->n - 1;
     for (int64_t i = 0; i < last; i++) {
         double gap = y[i + 1] - y[i];
-        if (gap < b->range) {
-            double f = scale * attraction(b, gap);
+        if (gap < b->attraction.range) {
+            double f = scale * attraction_at(&b->attraction, gap);
             out[i] += f;
             out[i + 1] -= f;
         }
     }
     double gap = y[0] + b->ell - y[last];
-    if (gap < b->range) {
-        double f = scale * attraction(b, gap);
+    if (gap < b->attraction.range) {
+        double f = scale * attraction_at(&b->attraction, gap);
         out[last] += f;
         out[0] -= f;
     }
@@ -243,15 +232,15 @@ INLINE void strang_drift(struct bcd_baseline *b, double *y, bool half, const uns
         isotonic_ring(b->middle, b->n, b->ell, b->blocks);
         add_forces(b, b->middle, time, y, features);
     } else {
-        const double drag = drag_force * time / 2;
+        const double drag = features & FIELD ? drag_force * time / 2 : drag_force * time;
         for (int64_t i = 0; features & DRAG && i < b->n; i++)
             y[i] += drag;
         if (features & FIELD)
             wave_flow(y, b->n, diameter, &wave, half ? b->half_growth : b->growth);
-        for (int64_t i = 0; features & DRAG && i < b->n; i++)
+        for (int64_t i = 0; features & DRAG && features & FIELD && i < b->n; i++)
             y[i] += drag;
     }
-    if (features & (FIELD | DRAG | STICKY))
+    if (features & (FIELD | STICKY))
         isotonic_ring(y, b->n, b->ell, b->blocks);
 }
 

@@ -58,7 +58,7 @@ static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scr
     noise_layout(&work.noise, n, scratch);
     work.scratch = take_rods(sim, scratch);
     /* What follows is for those scenes only that have it. */
-    if (plan->field || plan->pair || plan->force != 0)
+    if (plan->field || plan->pair || (plan->force != 0 && plan->walls))
         work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     if (needs_midpoint(plan))
         work.middle = take_rods(sim, scratch);
@@ -84,19 +84,24 @@ static void flow_midpoint(const struct sim *sim, double time, double *y)
     proposal_add_forces(sim, work->middle, plan->mobility * time, y);
 }
 
+static void shift(double *y, int64_t count, double by)
+{
+    for (int64_t i = 0; by != 0 && i < count; i++)
+        y[i] += by;
+}
+
 /* Exact flow in the field, between two halves of what the drag does. */
 static void flow_exact(const struct sim *sim, double time, double *y)
 {
     const struct plan *plan = sim->plan;
-    const double half = plan->mobility * plan->force * time / 2;
-    if (half != 0)
-        for (int64_t i = 0; i < plan->particles; i++)
-            y[i] += half;
-    if (plan->field)
-        plan->potential->flow(plan->potential_par, plan, sim_time(sim) + time / 2, time, y);
-    if (half != 0)
-        for (int64_t i = 0; i < plan->particles; i++)
-            y[i] += half;
+    const double dragged = plan->mobility * plan->force * time;
+    if (!plan->field) {
+        shift(y, plan->particles, dragged);
+        return;
+    }
+    shift(y, plan->particles, dragged / 2);
+    plan->potential->flow(plan->potential_par, plan, sim_time(sim) + time / 2, time, y);
+    shift(y, plan->particles, dragged / 2);
 }
 
 /* The constrained deterministic flow over `time`. */
@@ -108,7 +113,8 @@ static void drift(const struct sim *sim, double time, double *y)
         flow_midpoint(sim, time, y);
     else if (plan->field || plan->force != 0)
         flow_exact(sim, time, y);
-    else
+    bool ordered = !plan->pair && !plan->field && (plan->force == 0 || !plan->walls);
+    if (ordered) /* the same shift for all */
         return;
     resolve_sticking(plan, y, work->blocks);
 }

@@ -7,13 +7,14 @@
  * eps = 0 is that contact itself: no force, but bonds, for methods that know them.
  */
 #include "part.h"
-#include "kernels/elementary.h"
+#include "kernels/attraction.h"
 
 #include <math.h>
 
 struct sticky_par {
     double strength, range, exponent;
     double diameter; /* of the rods, for energies */
+    struct attraction attraction;
 };
 
 static const struct bcd_param sticky_params[] = {
@@ -47,7 +48,9 @@ static void sticky_complete(struct bcd_group *group, const struct plan *plan,
                             struct bcd_errors *errors)
 {
     (void)errors;
-    ((struct sticky_par *)group->values)->diameter = plan->diameter;
+    struct sticky_par *p = group->values;
+    p->diameter = plan->diameter;
+    p->attraction = attraction_make(p->strength, p->range, p->exponent);
 }
 
 static bool sticky_absent(const void *par)
@@ -65,18 +68,6 @@ static double sticky_range(const void *par)
     return ((const struct sticky_par *)par)->range;
 }
 
-/* Attraction dV/dg / kT of two rods at gap 0 <= g < eps:
- * p gamma' u^(p-1) / (eps (1 + gamma' u^p)), u = 1 - g/eps, gamma' = gamma (p+1)/eps. */
-static double attraction(const struct sticky_par *p, double gap)
-{
-    double u = 1 - gap / p->range;
-    if (u < 1e-300)
-        return 0;
-    double strength = p->strength * (p->exponent + 1) / p->range;
-    double below = power(u, p->exponent - 1);
-    return p->exponent * strength * below / (p->range * (1 + strength * below * u));
-}
-
 /* out[i] += scale * F_i: neighbours closer than eps pull each other together. */
 static void sticky_add_force(const void *par, const struct ring *ring, double scale, double *out)
 {
@@ -87,7 +78,7 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
     for (int64_t i = 0; i < last; i++) {
         double gap = y[i + 1] - y[i];
         if (gap < p->range) {
-            double f = pull * attraction(p, gap);
+            double f = pull * attraction_at(&p->attraction, gap);
             out[i] += f;
             out[i + 1] -= f;
         }
@@ -96,7 +87,7 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
         return;
     double gap = y[0] + ring->free_length - y[last];
     if (gap < p->range) {
-        double f = pull * attraction(p, gap);
+        double f = pull * attraction_at(&p->attraction, gap);
         out[last] += f;
         out[0] -= f;
     }
@@ -122,9 +113,9 @@ static double sticky_stiffness(const void *par, const struct plan *plan)
     const struct sticky_par *p = par;
     if (p->range == 0)
         return 0;
-    double most = 0, before = attraction(p, 0);
+    double most = 0, before = attraction_at(&p->attraction, 0);
     for (int i = 1; i <= POINTS; i++) {
-        double now = attraction(p, p->range * i / POINTS);
+        double now = attraction_at(&p->attraction, p->range * i / POINTS);
         if (!isfinite(now - before))
             return INFINITY;
         most = fmax(most, fabs(now - before) * POINTS / p->range);
