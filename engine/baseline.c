@@ -97,7 +97,7 @@ static void lay_out(struct bcd_baseline *b)
                     : NULL;
     b->middle = strang && b->features & STICKY ? arena_take(arena, rods) : NULL;
     b->counts = b->features & DENSITY ? arena_take(arena, 2 * BINS * sizeof *b->counts) : NULL;
-    if (!strang || !(b->features & DENSITY))
+    if (!strang || !(b->features & DENSITY) || !(b->features & (FIELD | STICKY)))
         return;
     noise_layout(&b->view_source, b->n, arena);
     b->view = arena_take(arena, rods);
@@ -248,6 +248,10 @@ INLINE void strang_drift(struct bcd_baseline *b, double *y, bool half, const uns
 INLINE void strang_look(struct bcd_baseline *b, const unsigned features)
 {
     const struct noise_key key = {.seed = 1, .stream = STREAM_OF_VIEWS};
+    if (!(features & (FIELD | STICKY))) { /* exact as they are */
+        count_bins(b, b->y, b->counts, features);
+        return;
+    }
     memcpy(b->view, b->y, (size_t)b->n * sizeof *b->view);
     strang_drift(b, b->view, false, features);
     noise_add(&b->view_source, &key, b->tick, sqrt(b->step), b->view);

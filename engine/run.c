@@ -287,7 +287,7 @@ static int64_t next_stop(const struct bcd_run *run)
 static void look(struct bcd_run *run, enum view view, int64_t measured)
 {
     const struct method_type *method = run->plan->method;
-    run->sim.seen = method->view ? NULL : run->sim.y;
+    run->sim.seen = step_error_views_used(run->plan) ? NULL : run->sim.y;
     size_t first, end = pass_observers(run, &first);
     for (size_t i = first; i < end; i++) {
         struct observer *o = &run->observers[i];

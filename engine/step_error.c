@@ -7,6 +7,12 @@
 
 static const char name[] = "time_step_error";
 
+bool step_error_views_used(const struct plan *plan)
+{
+    const struct method_type *method = plan->method;
+    return method->view && !(method->exact && method->exact(plan, false));
+}
+
 enum step_error step_error_of(const struct observable_type *type, const struct plan *plan)
 {
     const struct method_type *method = plan->method;
@@ -15,7 +21,7 @@ enum step_error step_error_of(const struct observable_type *type, const struct p
     if (method->exact && method->exact(plan, type->dynamic))
         return STEP_ERROR_ZERO;
     /* Interactions are stiff where they are strong: both views may miss on the same side. */
-    if (method->view && type->sample_ns && !type->one_view && !plan->pair)
+    if (step_error_views_used(plan) && type->sample_ns && !type->one_view && !plan->pair)
         return STEP_ERROR_VIEWS;
     return STEP_ERROR_PAIR;
 }

@@ -16,6 +16,9 @@ enum step_error {
 };
 enum step_error step_error_of(const struct observable_type *type, const struct plan *plan);
 
+/* Do static observables look at points within a step? Not where the rods themselves are exact. */
+bool step_error_views_used(const struct plan *plan);
+
 /* Values of an observable stand in a tally once, or twice: what the error is told from follows. */
 static inline size_t step_error_sections(const struct observable_type *type,
                                          const struct plan *plan)

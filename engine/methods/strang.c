@@ -62,7 +62,7 @@ static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scr
         work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     if (needs_midpoint(plan))
         work.middle = take_rods(sim, scratch);
-    if (plan->sample_ns > 0) { /* some observable looks within a step */
+    if (plan->sample_ns > 0 && !strang_exact(plan, false)) { /* some observable looks inside */
         noise_layout(&work.view_noise, n, scratch);
         work.view = take_rods(sim, scratch);
     }
