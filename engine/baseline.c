@@ -139,11 +139,6 @@ void bcd_baseline_free(struct bcd_baseline *b)
     free(b);
 }
 
-double bcd_baseline_position(const struct bcd_baseline *b, int64_t rod)
-{
-    return b->y[rod] + (double)rod * diameter;
-}
-
 const int64_t *bcd_baseline_counts(const struct bcd_baseline *b)
 {
     return b->counts;
@@ -260,6 +255,16 @@ INLINE void strang_look(struct bcd_baseline *b, const unsigned features)
     memcpy(b->view, b->y, (size_t)b->n * sizeof *b->view);
     strang_drift(b, b->view, true, features);
     count_bins(b, b->view, b->counts + BINS, features);
+}
+
+void bcd_baseline_positions(struct bcd_baseline *b, double *x)
+{
+    const bool varies = (b->features & (FIELD | STICKY)) != 0;
+    memcpy(x, b->y, (size_t)b->n * sizeof *x);
+    if (b->method == BCD_BASELINE_STRANG && varies)
+        strang_drift(b, x, true, b->features);
+    for (int64_t i = 0; i < b->n; i++)
+        x[i] += (double)i * diameter;
 }
 
 INLINE void strang_loop(struct bcd_baseline *b, int64_t ticks, const unsigned features)

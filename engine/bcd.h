@@ -368,8 +368,8 @@ enum bcd_status bcd_baseline_create(struct bcd_baseline **baseline, unsigned fea
 void bcd_baseline_free(struct bcd_baseline *baseline);
 void bcd_baseline_advance(struct bcd_baseline *baseline, int64_t ticks);
 
-/* x[i] = y[i] + i / 2, [n]: position of a rod's centre, unwrapped. */
-double bcd_baseline_position(const struct bcd_baseline *baseline, int64_t rod);
+/* x[n]: positions of the rods' centres, unwrapped, where observable trajectory sees them. */
+void bcd_baseline_positions(struct bcd_baseline *baseline, double *x);
 
 /* Counts of the density, [50]; of method strang at the middle of noises. NULL without density. */
 const int64_t *bcd_baseline_counts(const struct bcd_baseline *baseline);

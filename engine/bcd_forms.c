@@ -22,9 +22,11 @@ struct step_limit bcd_time_step(const struct plan *plan)
     struct step_limit limit = {INFINITY, "nothing"};
     double scale = tolerance_share(plan, 1), stable = 0.5; /* twice the step is, too */
     step_limit_rates(&limit, plan, fmin(0.018 * scale, stable), fmin(0.1 * scale, stable));
-    double gap = plan->free_length / (double)plan->particles,
-           reach = plan->tolerance * gap / gap_share;
-    if (plan->particles > 1 && plan->diffusion > 0 && gap > 0)
+    double gap = plan->free_length / (double)plan->particles;
+    if (plan->press > 0) /* the layer that a force presses against a wall */
+        gap = fmin(gap, plan->temperature / plan->press);
+    double reach = plan->tolerance * gap / gap_share;
+    if ((plan->particles > 1 || plan->walls) && plan->diffusion > 0 && gap > 0)
         step_limit(&limit, reach * reach / (4 * plan->diffusion), "mean gap between rods");
     return limit;
 }

@@ -180,6 +180,8 @@ struct observable_type {
     const char *no_time_step_error; /* why it makes no sense here; NULL = it does */
     bool dynamic;        /* depends on how rods move, not only on where they are */
     bool contact_forces; /* asks the method for contact forces */
+    bool mid_drift;      /* looks at the rods there: paths without the noise of half a step */
+    bool at_contact;     /* measures rods that nearly touch, where errors fall as sqrt(h) only */
     bool one_view;     /* the difference between two views does not bound its time-step error */
     /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own
      * times. */

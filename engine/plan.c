@@ -122,6 +122,43 @@ static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
         plan_period(plan, errors);
 }
 
+static double force_at(const struct plan *plan, double x)
+{
+    const struct rods one = {.y = &x, .count = 1};
+    double force = plan->force;
+    if (plan->field)
+        plan->potential->add_force(plan->potential_par, &one, 1, &force);
+    return force;
+}
+
+static void plan_press(struct plan *plan)
+{
+    if (!plan->walls)
+        return;
+    double left = -force_at(plan, plan->low),
+           right = force_at(plan, plan->length - plan->diameter / 2);
+    plan->press = fmax(0, fmax(left, right));
+}
+
+/* Steepest slope and height of the field, from energies at many places. */
+static void plan_slope(struct plan *plan)
+{
+    enum { PLACES = 4096 };
+    plan->slope = fabs(plan->force);
+    if (!plan->field)
+        return;
+    double from = plan->low, width = plan->walls ? plan->length - plan->diameter : plan->period;
+    double before = plan_energy(plan, from), lowest = before, highest = before, steepest = 0;
+    for (int i = 1; i <= PLACES; i++) {
+        double now = plan_energy(plan, from + width * i / PLACES);
+        steepest = fmax(steepest, fabs(now - before) * PLACES / width);
+        lowest = fmin(lowest, now), highest = fmax(highest, now);
+        before = now;
+    }
+    plan->slope += steepest;
+    plan->barrier = highest - lowest;
+}
+
 static void plan_pair(struct bcd_scene *scene, struct bcd_errors *errors)
 {
     struct plan *plan = &scene->plan;
@@ -142,20 +179,43 @@ static void plan_demands(struct bcd_scene *scene)
         const struct observable_type *type = scene_observable_type(part);
         scene->plan.asks_dynamics = scene->plan.asks_dynamics || type->dynamic;
         scene->plan.asks_contact_forces = scene->plan.asks_contact_forces || type->contact_forces;
+        scene->plan.looks_inside =
+            scene->plan.looks_inside || type->sample_ns || type->mid_drift;
     }
 }
 
 /* ------------------------------------------------------------------ method */
 
 /* Why a method cannot run the plan; NULL = it can. */
-static const char *why_not(const struct method_type *method, const struct plan *plan)
+static const char *lacks(const struct method_type *method, const struct plan *plan)
 {
     if (plan->asks_contact_forces && !method->contact_forces)
         return "has no clusters whose contact forces could be measured";
     bool contact = plan->pair && plan->pair->contact && plan->pair->contact(plan->pair_par);
     if (contact && !method->bonds)
         return "knows no bonds: an interaction of range 0 needs \"strang_bonds\"";
-    return method->cannot ? method->cannot(plan) : NULL;
+    return NULL;
+}
+
+static const char *why_not(const struct method_type *method, const struct plan *plan)
+{
+    const char *lacking = lacks(method, plan);
+    return lacking ? lacking : method->cannot ? method->cannot(plan) : NULL;
+}
+
+/* Of all that cannot: the one that lacks least, for it knows the interaction and its reason is the
+ * scene's. */
+static void plan_no_method(const struct plan *plan, struct bcd_errors *errors)
+{
+    for (size_t i = 0; method_types[i]; i++) {
+        const struct method_type *method = method_types[i];
+        if (method->cannot && method->cannot(plan) && !lacks(method, plan)) {
+            bcd_errors_add(errors, "/method", "no method can run this: \"%s\" %s",
+                           method->part.name, method->cannot(plan));
+            return;
+        }
+    }
+    bcd_errors_add(errors, "/method", "no method can run this");
 }
 
 /* Auto: the first registered method that can run the plan, for the list begins with the cheapest.
@@ -172,7 +232,9 @@ static void plan_method(struct bcd_scene *scene, struct bcd_errors *errors)
         plan->method = method_types[scene->job.method - 1];
     }
     const char *reason = why_not(plan->method, plan);
-    if (reason)
+    if (reason && scene->job.method == 0)
+        plan_no_method(plan, errors);
+    else if (reason)
         bcd_errors_add(errors, "/method", "\"%s\" %s", plan->method->part.name, reason);
 }
 
@@ -256,6 +318,8 @@ void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
     plan_geometry(scene, errors);
     plan_field(scene, errors);
     plan_pair(scene, errors);
+    plan_slope(&scene->plan);
+    plan_press(&scene->plan);
     plan_demands(scene);
     plan_method(scene, errors);
     if (errors->count > 0)
@@ -303,6 +367,15 @@ static void fact_text(struct bcd_scene *scene, const char *name, const char *tex
     snprintf(fact->text, sizeof fact->text, "%s", text);
 }
 
+/* A rod leaves a well of curvature k at a rate of about mu k/(2 pi) exp(-barrier/kT) (Kramers). */
+static bool rods_stay_in_wells(const struct plan *plan)
+{
+    if (plan->walls || !plan->field || !(plan->temperature > 0) || plan->force != 0)
+        return false;
+    double rate = curvature_rate(plan) / (2 * M_PI) * exp(-plan->barrier / plan->temperature);
+    return rate * (double)plan->steps * plan->time_step < 1;
+}
+
 void plan_list_facts(struct bcd_scene *scene)
 {
     const struct plan *plan = &scene->plan;
@@ -317,6 +390,10 @@ void plan_list_facts(struct bcd_scene *scene)
         fact_text(scene, "time_step_warning", scene->unstable);
     if (plan->field)
         fact_number(scene, "curvature_time_step", "", h * curvature_rate(plan));
+    if (rods_stay_in_wells(plan))
+        fact_text(scene, "ergodicity_warning",
+                  "rods hardly leave their wells in this time: averages over time keep what the "
+                  "start was; take \"initial\": \"equilibrium\" and many realizations");
     if (plan->pair)
         fact_number(scene, "stiffness_time_step", "", h * stiffness_rate(plan));
     if (plan->diffusion > 0 && plan->particles > 1 && plan->free_length > 0)

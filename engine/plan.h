@@ -30,6 +30,9 @@ struct plan {
     const struct potential_type *potential; /* NULL = none */
     const void *potential_par;
     bool field;    /* the potential acts: it is there and not flat */
+    double slope;   /* largest force of field and drag */
+    double press;   /* largest force of both against a wall */
+    double barrier; /* highest minus lowest energy */
     double period;   /* of profiles along x: the potential's, or L; L between walls */
     int64_t periods; /* L / period */
 
@@ -38,6 +41,7 @@ struct plan {
 
     double tolerance;                        /* relative error that auto choices aim at */
     bool asks_dynamics, asks_contact_forces; /* some observable does */
+    bool looks_inside; /* some observable looks at points within a step */
 
     const struct method_type *method;
     double time_step;

@@ -40,6 +40,14 @@ static double step_in_reach(const struct plan *plan)
     return fmin(by_drag, by_noise);
 }
 
+double plan_step_resolving(const struct bcd_scene *scene, const struct observable_type *type,
+                           const void *par)
+{
+    const struct plan *plan = &scene->plan;
+    bool any = !type->dynamic && step_error_of(type, plan) == STEP_ERROR_ZERO;
+    return type->time_step_max && !any ? type->time_step_max(par, plan) : INFINITY;
+}
+
 /* The largest step that method, drag and observables allow. */
 static struct step_limit step_allowed(const struct bcd_scene *scene)
 {
@@ -51,10 +59,8 @@ static struct step_limit step_allowed(const struct bcd_scene *scene)
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
         const struct observable_type *type = scene_observable_type(part);
-        bool any = !type->dynamic && step_error_of(type, plan) == STEP_ERROR_ZERO;
-        if (type->time_step_max && !any)
-            step_limit(&limit, type->time_step_max(part->group.values, plan),
-                       type->base.part.name);
+        step_limit(&limit, plan_step_resolving(scene, type, part->group.values),
+                   type->base.part.name);
     }
     return limit;
 }
@@ -78,7 +84,7 @@ struct hazard {
 };
 
 /* All of them for a plan; the number. */
-enum { HAZARDS = 5 };
+enum { HAZARDS = 6 };
 static void list_hazards(const struct plan *plan, struct hazard hazards[HAZARDS])
 {
     double share = plan->method->any_step ? INFINITY : stability_max;
@@ -90,6 +96,8 @@ static void list_hazards(const struct plan *plan, struct hazard hazards[HAZARDS]
                                  "drags rods past the potential: half periods a step"};
     hazards[3] = (struct hazard){step_in_reach(plan),
                                  "carries rods too far: steps of 500 lengths of the system"};
+    hazards[5] = (struct hazard){share / wall_rate(plan),
+                                 "misses the layer at the walls: D time_step (force / kT)^2"};
     double gap = plan->free_length / (double)plan->particles, far = 10 * gap;
     bool crowds = plan->method->bonds && plan->diffusion > 0 && gap > 0;
     hazards[4] = (struct hazard){crowds ? far * far / (4 * plan->diffusion) : INFINITY,

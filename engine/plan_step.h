@@ -14,6 +14,10 @@ void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors);
 /* The longest step that neither melts the profile nor silences the interaction nor jumps. */
 double plan_longest_step(const struct plan *plan);
 
+/* The longest step that resolves what an observable asks. */
+double plan_step_resolving(const struct bcd_scene *scene, const struct observable_type *type,
+                           const void *par);
+
 /* paired, fine, and scene->coarse; needs all else. */
 void plan_pairs(struct bcd_scene *scene);
 

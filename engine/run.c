@@ -60,6 +60,7 @@ static void add_observer(struct bcd_run *run, const struct scene_part *part,
     const void *par = part->group.values;
     struct observer *o = &run->observers[run->observer_count++];
     *o = (struct observer){.type = type, .par = par, .plan = plan, .first = first};
+    o->view = type->mid_drift ? VIEW_MID_DRIFT : VIEW_MID_NOISE;
     o->count = type->count(par, plan);
     o->memory = arena_take(&run->kept, type->memory(par, plan));
 }
@@ -76,7 +77,8 @@ static size_t lay_out_first_pass(struct bcd_run *run)
         for (size_t view = 0; view < (views ? sections : 1); view++) {
             size_t count = type->count(part->group.values, run->plan);
             add_observer(run, part, run->plan, values + view * count);
-            run->observers[run->observer_count - 1].view = (enum view)view;
+            if (views)
+                run->observers[run->observer_count - 1].view = (enum view)view;
         }
         values += sections * type->count(part->group.values, run->plan);
     }
@@ -218,8 +220,13 @@ static void begin_measurement(struct bcd_run *run)
 {
     run->progress->block = 0;
     size_t first, end = pass_observers(run, &first);
-    for (size_t i = first; i < end; i++)
-        run->observers[i].type->begin(&run->observers[i], &run->sim);
+    for (size_t i = first; i < end; i++) {
+        const struct observable_type *type = run->observers[i].type;
+        run->sim.seen = type->mid_drift && step_error_views_used(run->plan)
+                            ? run->plan->method->view(&run->sim, VIEW_MID_DRIFT)
+                            : run->sim.y;
+        type->begin(&run->observers[i], &run->sim);
+    }
     schedule(run);
 }
 
@@ -286,15 +293,14 @@ static int64_t next_stop(const struct bcd_run *run)
 /* All observers of one view that are due look. */
 static void look(struct bcd_run *run, enum view view, int64_t measured)
 {
-    const struct method_type *method = run->plan->method;
     run->sim.seen = step_error_views_used(run->plan) ? NULL : run->sim.y;
     size_t first, end = pass_observers(run, &first);
     for (size_t i = first; i < end; i++) {
         struct observer *o = &run->observers[i];
         if (o->view != view || run->due[i] != measured)
             continue;
-        if (!run->sim.seen && o->type->sample_ns)
-            run->sim.seen = method->view(&run->sim, view);
+        if (!run->sim.seen && (o->type->sample_ns || o->type->mid_drift))
+            run->sim.seen = run->plan->method->view(&run->sim, view);
         o->type->sample(o, &run->sim);
         run->due[i] = next_look(run, o, measured);
     }

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * step_error.c - see step_error.h. */
 #include "step_error.h"
+#include "step_limit.h"
 #include "table.h"
 
 #include <math.h>
 
 static const char name[] = "time_step_error";
+static const double views_share = 0.3; /* of 1 / max|U''|: up to there views are trusted */
 
 bool step_error_views_used(const struct plan *plan)
 {
@@ -20,8 +22,9 @@ enum step_error step_error_of(const struct observable_type *type, const struct p
         return STEP_ERROR_NONE;
     if (method->exact && method->exact(plan, type->dynamic))
         return STEP_ERROR_ZERO;
-    /* Interactions are stiff where they are strong: both views may miss on the same side. */
-    if (step_error_views_used(plan) && type->sample_ns && !type->one_view && !plan->pair)
+    /* Where steps are coarse, or interactions stiff, both views may miss on the same side. */
+    bool fine = !plan->pair && curvature_rate(plan) * plan->time_step <= views_share;
+    if (step_error_views_used(plan) && type->sample_ns && !type->one_view && fine)
         return STEP_ERROR_VIEWS;
     return STEP_ERROR_PAIR;
 }
@@ -43,23 +46,25 @@ static double of_views(const struct moments *one, const struct moments *other, s
     return one->samples[i] > 0 ? fabs(one->mean[i] - other->mean[i]) : NAN;
 }
 
-/* Lags of odd numbers of steps have no partner at twice the step: they take the larger error of
- * their neighbours. */
-static void fill_gaps(double *error, size_t rows)
+static double larger_share(const double *error, const double *value, size_t a, size_t b)
 {
-    double before = NAN;
+    return fmax(error[a] / fabs(value[a]), error[b] / fabs(value[b]));
+}
+
+/* Lags of odd numbers of steps have no partner at twice the step: they take the larger relative
+ * error of their neighbours. */
+static void fill_gaps(double *error, const double *value, size_t rows)
+{
     for (size_t i = 0; i < rows; i++) {
-        if (!isnan(error[i])) {
-            before = error[i];
+        if (!isnan(error[i]))
             continue;
-        }
-        size_t next = i + 1;
-        while (next < rows && isnan(error[next]))
-            next++;
-        double after = next < rows ? error[next] : NAN;
-        for (; i < next; i++)
-            error[i] = fmax(before, after); /* of the one there is, if only one */
-        i--;
+        size_t end = i, before = i > 0 ? i - 1 : i;
+        while (end < rows && isnan(error[end]))
+            end++;
+        size_t after = end < rows ? end : before;
+        before = i > 0 ? before : after;
+        for (; i < end; i++)
+            error[i] = larger_share(error, value, before, after) * fabs(value[i]);
     }
 }
 
@@ -76,12 +81,13 @@ enum bcd_status step_error_add(struct bcd_table *table, const struct observable_
     double *error = table_add(table, name, BCD_ROLE_TIME_STEP_ERROR);
     if (!error)
         return BCD_NO_MEMORY;
+    const double order = type->at_contact ? fmin(plan->method->order, 0.5) : plan->method->order;
     for (size_t i = 0; i < table->rows; i++)
-        error[i] = kind == STEP_ERROR_PAIR    ? of_pair(second, i, plan->method->order)
+        error[i] = kind == STEP_ERROR_PAIR    ? of_pair(second, i, order)
                    : kind == STEP_ERROR_VIEWS ? of_views(value, second, i)
                                               : 0;
     if (kind == STEP_ERROR_PAIR)
-        fill_gaps(error, table->rows);
+        fill_gaps(error, value->mean, table->rows);
     static const char *const from[] = {[STEP_ERROR_ZERO] = "exact at any time step",
                                        [STEP_ERROR_VIEWS] = "mid-noise and mid-drift",
                                        [STEP_ERROR_PAIR] = "twice the time step"};

@@ -3,6 +3,7 @@
  * Chan's. */
 #include "tally.h"
 #include "blob.h"
+#include "plan_step.h"
 #include "reference.h"
 #include "status.h"
 #include "step_error.h"
@@ -123,7 +124,8 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
 
 /* ------------------------------------------------------------------ tables */
 
-static void add_remarks(struct bcd_table *table, const struct plan *plan)
+/* longest: the time step up to which the observable is resolved. */
+static void add_remarks(struct bcd_table *table, const struct plan *plan, double longest)
 {
     const struct bcd_column *error = bcd_table_column(table, BCD_ROLE_STDERR);
     const char *from = plan->realizations == 1 ? "blocks" : "realizations";
@@ -132,6 +134,8 @@ static void add_remarks(struct bcd_table *table, const struct plan *plan)
         table_note_number(table, from,
                           (double)(plan->realizations == 1 ? plan->blocks : plan->realizations));
     }
+    if (longest < plan->time_step * (1 - 1e-9))
+        table_note_number(table, "time_step_resolving_it", longest);
     if (plan->method->experimental)
         table_note_text(table, "experimental", plan->method->experimental);
 }
@@ -179,7 +183,7 @@ enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_
         bcd_table_free(table);
         return status;
     }
-    add_remarks(table, &scene->plan);
+    add_remarks(table, &scene->plan, plan_step_resolving(scene, type, par));
     if (scene->unstable[0])
         table_note_text(table, "time_step_warning", scene->unstable);
     *out = table;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * attraction.h - attraction of two rods at a gap, doi 10.1103/PhysRevE.106.054606 Eq. 32: the excess
- * of exp(-V/kT) over 1 is deep * u^p, u = 1 - gap / range, deep = gamma (p + 1) / range.
+ * attraction.h - attraction of two rods at a gap, doi 10.1103/PhysRevE.106.054606 Eq. 32: the
+ * excess of exp(-V/kT) over 1 is deep * u^p, u = 1 - gap / range, deep = gamma (p + 1) / range.
  */
 #ifndef KERNELS_ATTRACTION_H
 #define KERNELS_ATTRACTION_H

@@ -46,15 +46,6 @@ static bool metropolis_exact(const struct plan *plan, bool dynamic)
     return !dynamic && steady && (plan->force == 0 || plan->walls);
 }
 
-/* Largest slope of field and drag; that of the field as a cosine of its curvature has it. */
-static double slope_max(const struct plan *plan)
-{
-    double slope = fabs(plan->force);
-    if (plan->field)
-        slope += plan->potential->curvature_max(plan->potential_par) * plan->period / (2 * M_PI);
-    return slope;
-}
-
 /* Statics are exact: moves of about the width of a well and of a gap, most of which are accepted.
  * Dynamics: each rod is slowed down by the share of its moves that are refused, .4 of the step
  * times the slope of U/kT and .2 of the step over the gap. */
@@ -64,7 +55,7 @@ static struct step_limit metropolis_time_step(const struct plan *plan)
     const double refused = plan->tolerance / 0.4, slope_share = refused * refused / 2;
     double share = plan->asks_dynamics ? slope_share : 0.5;
     step_limit_rates(&limit, plan, share, share);
-    double climb = (plan->asks_dynamics ? refused : 1) * plan->temperature / slope_max(plan);
+    double climb = (plan->asks_dynamics ? refused : 1) * plan->temperature / plan->slope;
     step_limit(&limit, climb * climb / (2 * plan->diffusion), "slope of the potential over kT");
     double gap = plan->free_length / (double)plan->particles;
     double reach = plan->asks_dynamics ? 5 * plan->tolerance * gap : gap;

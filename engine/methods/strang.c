@@ -28,7 +28,8 @@ static struct step_limit strang_time_step(const struct plan *plan)
 {
     struct step_limit limit = {INFINITY, "nothing"};
     double scale = tolerance_share(plan, 1.5), stable = 0.5; /* twice the step is, too */
-    step_limit_rates(&limit, plan, fmin(0.2 * scale, stable), fmin(0.3 * scale, stable));
+    const double seen = 0.3; /* both views are to tell the error (step_error.c) */
+    step_limit_rates(&limit, plan, fmin(0.2 * scale, seen), fmin(0.3 * scale, stable));
     return limit;
 }
 
@@ -62,7 +63,7 @@ static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scr
         work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     if (needs_midpoint(plan))
         work.middle = take_rods(sim, scratch);
-    if (plan->sample_ns > 0 && !strang_exact(plan, false)) { /* some observable looks inside */
+    if (plan->looks_inside && !strang_exact(plan, false)) {
         noise_layout(&work.view_noise, n, scratch);
         work.view = take_rods(sim, scratch);
     }

@@ -127,6 +127,7 @@ const struct observable_type observable_cluster_sizes = {
              .par_size = sizeof(struct cluster_par)},
     .sample_ns = cluster_sample_ns,
     .value = "fraction",
+    .at_contact = true,
     .one_view = true, /* a drift ends in exact contacts: the other view says nothing */
     .count = cluster_count,
     .memory = cluster_memory,

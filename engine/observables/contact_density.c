@@ -10,6 +10,7 @@
  * longest step that the rule below allows.
  */
 #include "part.h"
+#include "step_limit.h"
 #include "counts.h"
 #include "table.h"
 #include "kernels/histogram.h"
@@ -63,13 +64,17 @@ static void contact_check(const struct bcd_group *group, const struct plan *plan
 
 /* What noise crosses in a step must be small against the window: half of it where noise ends in
  * exact contacts; all of it where only the drift does (measured: 1 % off then); no limit without a
- * drift. */
+ * drift. Windows may be as fine as one likes: the density at contact itself is off by about .3
+ * sqrt(h mu max|U''|) (measured), and steps need not be finer than twice the tolerance asks. */
 static double contact_time_step_max(const void *par, const struct plan *plan)
 {
     double gap = ((const struct contact_par *)par)->gap;
-    double reach = plan->method->keeps_contacts ? gap / 2 : gap;
-    bool limited = plan->method->keeps_contacts || plan->field || plan->pair;
-    return limited && plan->diffusion > 0 ? reach * reach / (4 * plan->diffusion) : INFINITY;
+    bool keeps = plan->method->keeps_contacts, limited = keeps || plan->field || plan->pair;
+    if (!limited || plan->diffusion == 0)
+        return INFINITY;
+    double reach = keeps ? gap / 2 : gap, window = reach * reach / (4 * plan->diffusion);
+    double rate = curvature_rate(plan) + stiffness_rate(plan), share = 2 * plan->tolerance / 0.3;
+    return keeps || rate == 0 ? window : fmax(window, share * share / rate);
 }
 
 static double contact_sample_ns(const void *par, const struct plan *plan)
@@ -143,6 +148,7 @@ const struct observable_type observable_contact_density = {
     .time_step_max = contact_time_step_max,
     .sample_ns = contact_sample_ns,
     .value = "contact_density",
+    .at_contact = true,
     .one_view = true, /* a drift ends in exact contacts: the other view says nothing */
     .count = contact_count,
     .memory = contact_memory,

@@ -8,6 +8,9 @@
  * Origins of one stride share a ring of
  * stored configurations, so memory grows with the logarithm of the longest lag, not with the run.
  *
+ * Where a method has a middle of the drift, rods are looked at there: after a noise they are
+ * further from where the potential holds them, and displacements too large.
+ *
  * A second pass with twice the time step (plan.h) has the even lags alone; long ones are made even.
  *
  * A single realization is cut into blocks for its error bar. A lag's samples are gathered over as
@@ -220,7 +223,7 @@ static void keep_origins(struct observer *o, const struct sim *sim, int64_t tick
             break; /* they rise */
         double *frame = frame_at(o, l, tick);
         frame[0] = (double)sim->clock->turns;
-        memcpy(frame + 1, sim->y, (size_t)o->plan->particles * sizeof *frame);
+        memcpy(frame + 1, sim->seen, (size_t)o->plan->particles * sizeof *frame);
     }
 }
 
@@ -256,7 +259,7 @@ static void msd_sample(struct observer *o, const struct sim *sim)
             continue;
         const double *frame = frame_at(o, lags->level[k], origin);
         double turned = ((double)sim->clock->turns - frame[0]) * plan->length;
-        memory->sum[k] += sum_squared_displacement(sim->y, frame + 1, plan->particles, turned);
+        memory->sum[k] += sum_squared_displacement(sim->seen, frame + 1, plan->particles, turned);
         memory->origins[k]++;
     }
     keep_origins(o, sim, tick);
@@ -325,8 +328,10 @@ static void one_rod_asymptote(const struct plan *plan, const struct msd_lags *la
     double diffusion;
     if (lifson_jackson(&diffusion, &rod, NULL))
         return;
-    for (size_t k = 0; k < exact->rows; k++)
-        exact->values[k] = 2 * diffusion * (double)lags->lag[k] * plan->time_step;
+    for (size_t k = 0; k < exact->rows; k++) {
+        double msd = 2 * diffusion * (double)lags->lag[k] * plan->time_step;
+        exact->values[k] = msd > plan->period * plan->period ? msd : NAN; /* else not long */
+    }
     exact->reference = "asymptote";
 }
 
@@ -380,6 +385,7 @@ const struct observable_type observable_msd = {
     .time_step_max = msd_time_step_max,
     .value = "msd",
     .dynamic = true,
+    .mid_drift = true,
     .count = msd_count,
     .memory = msd_memory,
     .begin = msd_begin,

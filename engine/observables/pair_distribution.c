@@ -147,6 +147,7 @@ const struct observable_type observable_pair_distribution = {
     .check = pair_check,
     .time_step_max = pair_time_step_max,
     .value = "pair_distribution",
+    .at_contact = true,
     .sample_ns = pair_sample_ns,
     .count = pair_count,
     .memory = pair_memory,

@@ -167,7 +167,7 @@ static void trajectory_sample(struct observer *o, const struct sim *sim)
     for (int64_t r = 0; r < memory->extent.rods; r++) {
         int64_t i = par->first + r;
         memory->x[r * memory->extent.points + memory->seen] =
-            sim->y[i] + (double)i * plan->diameter + turned;
+            sim->seen[i] + (double)i * plan->diameter + turned;
     }
     memory->seen++;
 }
@@ -243,6 +243,7 @@ const struct observable_type observable_trajectory = {
     .value = "x",
     .no_time_step_error = "one path, not a mean",
     .dynamic = true,
+    .mid_drift = true,
     .count = trajectory_count,
     .memory = trajectory_memory,
     .begin = trajectory_begin,

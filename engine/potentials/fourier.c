@@ -31,7 +31,7 @@ struct fourier_par {
 #define AMPLITUDES(member, text)                                                                   \
     {                                                                                              \
         .name = #member, .type = BCD_PARAM_NUMBERS, .unit = "energy", .min = -1e6, .max = 1e6,     \
-        .least = 1, .most = TERMS_MAX, .doc = text, .offset = offsetof(struct fourier_par, member) \
+        .most = TERMS_MAX, .doc = text, .offset = offsetof(struct fourier_par, member) \
     }
 static const struct bcd_param fourier_params[] = {
     {.name = "wavelength",
