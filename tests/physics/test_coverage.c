@@ -19,6 +19,8 @@ static const struct coverage_scene scenes[] = {
                "'amplitude': 6}, " EQUILIBRIUM ", " STATICS, 2},
     {"free", "'particles': 8, 'length': 10, 'diameter': 0.8, " EQUILIBRIUM
              ", 'observables': {'msd': {'first': 0.1, 'last': 2, 'points': 8}}", 3},
+    {"pressed", "'particles': 3, 'length': 4, 'diameter': 0.5, 'boundary': 'walls', 'force': 4, "
+                EQUILIBRIUM ", 'observables': {'density': {'bins': 10}}", 2},
     {"tilted", "'particles': 1, 'length': 1, 'potential': {'type': 'cosine', 'amplitude': 4}, "
                "'force': 8, 'equilibration_time': 1, 'observables': {'current': {}}", 20},
 };

@@ -35,6 +35,13 @@ static const struct coverage_scene scenes[] = {
              ", 'observables': {'msd': {'first': 0.1, 'last': 2, 'points': 8}}", 3},
     {"tilted", "'particles': 1, 'length': 1, " COSINE(4) "'force': 8, 'equilibration_time': 1, "
                "'observables': {'current': {}}", 20},
+    {"pressed", "'particles': 3, 'length': 4, 'diameter': 0.5, 'boundary': 'walls', 'force': 4, "
+                EQUILIBRIUM ", 'observables': {'density': {'bins': 20}}", 4},
+    {"ramp", "'particles': 2, 'length': 3, 'diameter': 0.2, 'boundary': 'walls', 'potential': "
+             "{'type': 'expression', 'energy': '-5*x'}, " EQUILIBRIUM
+             ", 'observables': {'density': {'bins': 15}, 'energy': {}}", 4},
+    {"contact", "'particles': 8, 'length': 10, 'diameter': 0.8, " COSINE(4) EQUILIBRIUM ", "
+                "'observables': {'contact_density': {'bins': 5, 'gap': 0.01}}", 4},
     {"cold", "'particles': 8, 'length': 16, 'diameter': 0.5, 'temperature': 0.5, 'mobility': 2, "
              COSINE(4) EQUILIBRIUM ", " STATICS, 2},
 };

@@ -36,10 +36,7 @@ static const char *note_of(const struct bcd_table *t, const char *name)
  * none (a piece of the reason). The number of paired realizations. */
 static double check(const char *job, const char *observable, const char *from, const char *reason)
 {
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wformat-nonliteral"
-    struct experiment e = experiment_run(experiment_scene(job), 0);
-#pragma GCC diagnostic pop
+    struct experiment e = experiment_run(experiment_scene("%s", job), 0);
     struct bcd_table *t = experiment_table(&e, observable);
     const struct bcd_column *error = bcd_table_column(t, BCD_ROLE_TIME_STEP_ERROR);
     assert_non_null(error);
