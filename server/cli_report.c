@@ -2,6 +2,8 @@
  * cli_report.c - bcd report: many jobs run and judged together; the table of reports. */
 #include "cli_report.h"
 
+#include <assert.h>
+#include <getopt.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -68,15 +70,19 @@ static const struct cli_command reports[] = {
      .doc =
          "tries every method at the extremes: strong fields, dense and jammed systems, long drag, "
          "...\n"
-         "  right    within 3 standard errors and the time-step error of the exact value\n"
+         "  right    within 3 standard errors of the exact value\n"
          "  biased   by how much: energy in kT, density relative L1, velocity relative\n"
-         "  ran      there is no exact value: finite, and rods in order\n"
+         "  ran      finite, and rods in order; there is no exact value, or the run was too "
+         "short\n"
+         "           to tell: see its words\n"
          "  refused  before it ran, in words\n"
          "Anything else is a silent failure, and the exit status 1. Each runs in a process of its "
          "own:\n"
-         "a crash or a hang is a verdict too. Two minutes of one core at most.\n"
+         "a crash or a hang is a verdict too. About two minutes of one core; Ctrl-C ends it with "
+         "what\n"
+         "it has.\n"
          "\n"
-         "  --json FILE  the verdicts as JSON too\n"
+         "  --json FILE  the verdicts as JSON too, written as they are found\n"
          "  --only TEXT  only extremes whose name contains it: U0, ell, sticky\n"
          "  --method M   only this method",
      .function = cli_report_stability},
@@ -98,4 +104,31 @@ int cli_report(const struct cli_command *self, int argc, char **argv)
             return report->function(report, argc - 1, argv + 1);
     return *name ? cli_wrong(self, "there is no report \"%s\"", name)
                  : cli_wrong(self, "which report?");
+}
+
+int cli_report_parse(const struct cli_command *self, int argc, char **argv,
+                     const struct cli_report_option *options, bool *help)
+{
+    enum { HELP = CLI_REPORT_OPTIONS_MAX + 1 }; /* others return their place, counted from 1 */
+    struct option names[CLI_REPORT_OPTIONS_MAX + 2] = {{"help", no_argument, NULL, HELP}};
+    int c, count = 0;
+    for (; options[count].name; count++) {
+        assert(count < CLI_REPORT_OPTIONS_MAX);
+        names[count + 1] = (struct option){
+            options[count].name, options[count].flag ? no_argument : required_argument, NULL,
+            count + 1};
+    }
+    opterr = 0;
+    while ((c = getopt_long(argc, argv, ":h", names, NULL)) != -1) {
+        *help = c == 'h' || c == HELP;
+        if (*help)
+            return CLI_OK;
+        if (c < 1 || c > count)
+            return cli_wrong_option(self, c, argv[optind - 1]);
+        if (options[c - 1].flag)
+            *options[c - 1].flag = true;
+        else
+            *options[c - 1].value = optarg;
+    }
+    return optind == argc ? CLI_OK : cli_wrong(self, "%s is no option", argv[optind]);
 }

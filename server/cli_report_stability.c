@@ -23,7 +23,7 @@
 
 /* A single step that never ends is ended by the child's limit of processor time; patience is for
  * one that waits for ever. */
-enum { CORE_SECONDS_MAX = 20, PATIENCE_MS = 300000 };
+enum { CORE_SECONDS_MAX = 15, PATIENCE_MS = 300000 };
 
 struct options {
     const char *json, *only, *method;
@@ -34,17 +34,37 @@ struct count {
     size_t of[STABILITY_VERDICTS], all, failed;
 };
 
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options);
 static struct stability_result try_apart(const struct stability_extreme *extreme,
                                          const char *method);
-static void add_result(struct text *json, const struct stability_extreme *extreme,
-                       const char *method, const struct stability_result *result);
+static bool asks_for_any(const struct options *options);
+static FILE *begin_json(const char *path);
+static void write_result(FILE *json, const struct stability_extreme *extreme, const char *method,
+                         const struct stability_result *result, const struct count *count);
+static bool end_json(FILE *json, const struct count *count, bool whole);
 static void print_row(const struct stability_extreme *extreme, const char *method,
                       const struct stability_result *result);
-static int write_take(const char *path, char *content);
 
-static void try_all(const struct options *options, struct text *json, struct count *count)
+/* Ctrl-C and its like wait until a verdict is found: files are left whole. */
+static bool interrupted(void)
+{
+    sigset_t waiting;
+    sigpending(&waiting);
+    return sigismember(&waiting, SIGINT) || sigismember(&waiting, SIGTERM) ||
+           sigismember(&waiting, SIGHUP);
+}
+
+static void hold_signals(int how)
+{
+    sigset_t ending;
+    sigemptyset(&ending);
+    sigaddset(&ending, SIGINT);
+    sigaddset(&ending, SIGTERM);
+    sigaddset(&ending, SIGHUP);
+    sigprocmask(how, &ending, NULL);
+}
+
+/* False = interrupted. */
+static bool try_all(const struct options *options, FILE *json, struct count *count)
 {
     const struct stability_extreme *extreme;
     const char *method;
@@ -57,74 +77,68 @@ static void try_all(const struct options *options, struct text *json, struct cou
             if (options->method && strcmp(options->method, method) != 0)
                 continue;
             struct stability_result result = try_apart(extreme, method);
+            if (interrupted())
+                return false;
             print_row(extreme, method, &result);
-            text_add(json, count->all ? ",\n" : "\n");
-            add_result(json, extreme, method, &result);
+            if (json)
+                write_result(json, extreme, method, &result, count);
             count->of[result.verdict]++;
             count->failed += stability_failed(result.verdict);
             count->all++;
         }
     }
+    return true;
 }
 
 int cli_report_stability(const struct cli_command *self, int argc, char **argv)
 {
-    struct options options;
-    struct text json = {0};
+    struct options options = {0};
+    const struct cli_report_option names[] = {
+        {"json", &options.json, NULL},
+        {"only", &options.only, NULL},
+        {"method", &options.method, NULL},
+        {0},
+    };
     struct count count = {0};
-    int status = parse_options(self, argc, argv, &options);
+    FILE *json = NULL;
+    int status = cli_report_parse(self, argc, argv, names, &options.help);
     if (status != CLI_OK)
         return status;
     if (options.help)
         return cli_help(self);
-    char *machine = report_machine_json();
-    text_add(&json, "{\"machine\":%s,\"version\":\"%s\",\"result_version\":%d,\"entries\":[",
-             machine ? machine : "null", BCD_VERSION, BCD_RESULT_VERSION);
-    free(machine);
-    try_all(&options, &json, &count);
-    text_add(&json, "\n],\"tried\":%zu,\"failed\":%zu}\n", count.all, count.failed);
-    char *text = text_take(&json);
-    if (options.json && count.all > 0)
-        status = write_take(options.json, text);
-    else
-        free(text);
-    if (count.all == 0)
+    if (!asks_for_any(&options))
         return cli_wrong(self, "there is no such extreme or method");
+    if (options.json && !(json = begin_json(options.json)))
+        return CLI_FAILED;
+    hold_signals(SIG_BLOCK);
+    bool whole = try_all(&options, json, &count);
     for (int v = 0; v < STABILITY_VERDICTS; v++)
         if (count.of[v] > 0)
             printf("%zu %s, ", count.of[v], stability_verdict_name(v));
-    printf("%zu in all: %zu silent failures\n", count.all, count.failed);
+    printf("%zu in all: %zu silent failures%s\n", count.all, count.failed,
+           whole ? "" : "; interrupted");
+    fflush(stdout);
+    if (json && !end_json(json, &count, whole)) {
+        fprintf(stderr, "bcd: %s cannot be written: %s\n", options.json, strerror(errno));
+        status = CLI_FAILED;
+    }
+    hold_signals(SIG_UNBLOCK); /* ends here if one is waiting */
     return count.failed > 0 ? CLI_FAILED : status;
 }
 
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options)
+static bool asks_for_any(const struct options *options)
 {
-    static const struct option names[] = {
-        {"json", required_argument, NULL, 'j'},   {"only", required_argument, NULL, 'n'},
-        {"method", required_argument, NULL, 'm'}, {"help", no_argument, NULL, 'h'},
-        {0},
-    };
-    int c;
-    *options = (struct options){0};
-    opterr = 0;
-    while ((c = getopt_long(argc, argv, ":h", names, NULL)) != -1) {
-        if (c == 'h') {
-            options->help = true;
-            return CLI_OK;
-        }
-        if (c == 'j')
-            options->json = optarg;
-        else if (c == 'n')
-            options->only = optarg;
-        else if (c == 'm')
-            options->method = optarg;
-        else
-            return cli_wrong_option(self, c, argv[optind - 1]);
-    }
-    if (optind != argc)
-        return cli_wrong(self, "%s is no option", argv[optind]);
-    return CLI_OK;
+    const struct stability_extreme *extreme;
+    const char *method = NULL;
+    for (size_t m = 1; options->method && (method = report_run_method(m)) != NULL; m++)
+        if (strcmp(options->method, method) == 0)
+            break;
+    if (options->method && !method)
+        return false;
+    for (size_t i = 0; (extreme = stability_extreme(i)) != NULL; i++)
+        if (!options->only || strstr(extreme->name, options->only))
+            return true;
+    return false;
 }
 
 /* ------------------------------------------------------- a process for each */
@@ -132,7 +146,7 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
 static struct stability_result no_result(enum stability_verdict verdict, const char *words)
 {
     struct stability_result result = {.verdict = verdict, .off = NAN, .stderror = NAN,
-                                      .time_step = NAN, .time = NAN};
+                                      .time_step_error = NAN, .time_step = NAN, .time = NAN};
     snprintf(result.words, sizeof result.words, "%s", words);
     return result;
 }
@@ -171,6 +185,7 @@ static struct stability_result try_apart(const struct stability_extreme *extreme
     if (child == 0) {
         const struct rlimit limit = {CORE_SECONDS_MAX, CORE_SECONDS_MAX + 1};
         setrlimit(RLIMIT_CPU, &limit);
+        hold_signals(SIG_UNBLOCK);
         struct stability_result result = stability_try(extreme, method);
         bool told = write(ends[1], &result, sizeof result) == (ssize_t)sizeof result;
         _exit(told ? CLI_OK : CLI_FAILED);
@@ -184,31 +199,53 @@ static struct stability_result try_apart(const struct stability_extreme *extreme
 
 /* ------------------------------------------------------------------ output */
 
-static void add_member(struct text *json, const char *name, double value)
+static FILE *begin_json(const char *path)
 {
-    text_add(json, ",\"%s\":", name);
-    text_add_number(json, value);
+    FILE *json = fopen(path, "w");
+    char *machine = report_machine_json();
+    if (json)
+        fprintf(json, "{\"machine\":%s,\"version\":\"%s\",\"result_version\":%d,\"entries\":[",
+                machine ? machine : "null", BCD_VERSION, BCD_RESULT_VERSION);
+    else
+        fprintf(stderr, "bcd: %s cannot be written: %s\n", path, strerror(errno));
+    free(machine);
+    return json;
 }
 
-static void add_result(struct text *json, const struct stability_extreme *extreme,
-                       const char *method, const struct stability_result *result)
+static bool end_json(FILE *json, const struct count *count, bool whole)
 {
-    text_add(json, "{\"extreme\":");
-    text_add_json_string(json, extreme->name);
-    text_add(json, ",\"method\":\"%s\",\"verdict\":", method);
-    text_add_json_string(json, stability_verdict_name(result->verdict));
-    add_member(json, "off", result->off);
-    add_member(json, "stderr", result->stderror);
-    add_member(json, "bound", extreme->bound);
-    add_member(json, "time_step", result->time_step);
-    add_member(json, "time", result->time);
-    add_member(json, "core_seconds", result->core_seconds);
-    text_add(json, ",\"reason\":");
+    fprintf(json, "\n],\"tried\":%zu,\"failed\":%zu,\"interrupted\":%s}\n", count->all,
+            count->failed, whole ? "false" : "true");
+    bool good = !ferror(json);
+    return fclose(json) == 0 && good;
+}
+
+/* count: of those before it. */
+static void write_result(FILE *json, const struct stability_extreme *extreme, const char *method,
+                         const struct stability_result *result, const struct count *count)
+{
+    struct text text = {0};
+    text_add(&text, "%s\n{\"extreme\":", count->all ? "," : "");
+    text_add_json_string(&text, extreme->name);
+    text_add(&text, ",\"method\":\"%s\",\"verdict\":", method);
+    text_add_json_string(&text, stability_verdict_name(result->verdict));
+    report_add_member(&text, "off", result->off);
+    report_add_member(&text, "stderr", result->stderror);
+    report_add_member(&text, "time_step_error", result->time_step_error);
+    report_add_member(&text, "bound", extreme->bound);
+    report_add_member(&text, "time_step", result->time_step);
+    report_add_member(&text, "time", result->time);
+    report_add_member(&text, "core_seconds", result->core_seconds);
+    text_add(&text, ",\"reason\":");
     if (result->words[0])
-        text_add_json_string(json, result->words);
+        text_add_json_string(&text, result->words);
     else
-        text_add(json, "null");
-    text_add(json, ",\"job\":{%s}}", extreme->members);
+        text_add(&text, "null");
+    text_add(&text, ",\"job\":{%s}}", extreme->members);
+    char *entry = text_take(&text);
+    fputs(entry ? entry : "", json);
+    fflush(json);
+    free(entry);
 }
 
 static void print_cell(double value, const char *format, int width)
@@ -228,17 +265,4 @@ static void print_row(const struct stability_extreme *extreme, const char *metho
     print_cell(result->time_step, " %*.1e", 9);
     print_cell(result->time, " %*.1e", 9);
     printf("%s%s\n", result->words[0] ? "  " : "", result->words);
-}
-
-/* Writes and frees the text; NULL = out of memory. */
-static int write_take(const char *path, char *content)
-{
-    FILE *file = content ? fopen(path, "w") : NULL;
-    bool good = file && fputs(content, file) >= 0;
-    if (file && fclose(file) != 0)
-        good = false;
-    if (!good)
-        fprintf(stderr, "bcd: %s cannot be written: %s\n", path, strerror(errno));
-    free(content);
-    return good ? CLI_OK : CLI_FAILED;
 }

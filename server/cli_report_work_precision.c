@@ -5,7 +5,6 @@
 #include "text.h"
 
 #include <errno.h>
-#include <getopt.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -60,55 +59,31 @@ static bool parse_budget(const char *text, double *seconds)
     return end != text && *end == '\0' && *seconds >= 1e-3 && *seconds <= 1e4;
 }
 
-/* Sizes set what --budget, --scene and --method refine, in whatever order they come. */
-static void choose_size(struct work_precision_options *to, struct work_precision_options size)
-{
-    to->core_seconds = size.core_seconds;
-    to->levels = size.levels;
-}
-
 static int parse_options(const struct cli_command *self, int argc, char **argv,
                          struct options *options)
 {
-    static const struct option names[] = {
-        {"out", required_argument, NULL, 'o'},   {"json", required_argument, NULL, 'j'},
-        {"short", no_argument, NULL, 's'},       {"full", no_argument, NULL, 'f'},
-        {"scene", required_argument, NULL, 'n'}, {"method", required_argument, NULL, 'm'},
-        {"budget", required_argument, NULL, 'b'}, {"quiet", no_argument, NULL, 'q'},
-        {"help", no_argument, NULL, 'h'},        {0},
+    const char *scene = NULL, *method = NULL, *budget = NULL;
+    bool brief = false, full = false;
+    const struct cli_report_option names[] = {
+        {"out", &options->out, NULL},  {"json", &options->json, NULL},
+        {"short", NULL, &brief},       {"full", NULL, &full},
+        {"scene", &scene, NULL},       {"method", &method, NULL},
+        {"budget", &budget, NULL},     {"quiet", NULL, &options->quiet},
+        {0},
     };
-    double budget = 0;
-    int c;
-    *options = (struct options){.measure = WORK_PRECISION_DEFAULT};
-    opterr = 0;
-    while ((c = getopt_long(argc, argv, ":hq", names, NULL)) != -1) {
-        if (c == 'h') {
-            options->help = true;
-            return CLI_OK;
-        }
-        if (c == 'o')
-            options->out = optarg;
-        else if (c == 'j')
-            options->json = optarg;
-        else if (c == 's')
-            choose_size(&options->measure, WORK_PRECISION_SHORT);
-        else if (c == 'f')
-            choose_size(&options->measure, WORK_PRECISION_FULL);
-        else if (c == 'n')
-            options->measure.scene = optarg;
-        else if (c == 'm')
-            options->measure.method = optarg;
-        else if (c == 'q')
-            options->quiet = true;
-        else if (c != 'b')
-            return cli_wrong_option(self, c, argv[optind - 1]);
-        else if (!parse_budget(optarg, &budget))
-            return cli_wrong(self, "--budget is seconds from 0.001 to 10000, not %s", optarg);
-    }
-    if (optind != argc)
-        return cli_wrong(self, "%s is no option", argv[optind]);
-    if (budget > 0)
-        options->measure.core_seconds = budget;
+    *options = (struct options){0};
+    int status = cli_report_parse(self, argc, argv, names, &options->help);
+    if (status != CLI_OK)
+        return status;
+    if (brief && full)
+        return cli_wrong(self, "either --short or --full");
+    options->measure = brief  ? WORK_PRECISION_SHORT
+                       : full ? WORK_PRECISION_FULL
+                              : WORK_PRECISION_DEFAULT;
+    options->measure.scene = scene;
+    options->measure.method = method;
+    if (budget && !parse_budget(budget, &options->measure.core_seconds))
+        return cli_wrong(self, "--budget is seconds from 0.001 to 10000, not %s", budget);
     return CLI_OK;
 }
 

@@ -42,6 +42,7 @@ handler handle_results_all, handle_results_json, handle_results_csv, handle_resu
 
 /* handle_reports.c */
 handler handle_reports_json, handle_reports_csv, handle_reports_svg, handle_reports_measure;
+handler handle_reports_stop;
 
 /* handle_service.c */
 handler handle_service_index, handle_service_health, handle_service_ready;

@@ -8,51 +8,73 @@
 
 #define HERE "/v1/reports/work-precision"
 
-static void answer(const struct service *service, enum report_form form, struct reply *reply);
-static char *print_state(double share);
-static bool read_options(const struct request *request, struct work_precision_options *options,
-                         struct reply *reply);
+static void answer(const struct service *service, const struct call *call, enum report_form form,
+                   struct reply *reply);
+static void begin(const struct service *service, const struct work_precision_options *options,
+                  struct reply *reply);
+static char *print_state(const char *state, double share);
+static bool read_budget(const struct request *request, double *seconds, struct reply *reply);
 
 void handle_reports_json(const struct service *service, const struct call *call,
                          struct reply *reply)
 {
-    (void)call;
-    answer(service, REPORT_JSON, reply);
+    answer(service, call, REPORT_JSON, reply);
 }
 
 void handle_reports_csv(const struct service *service, const struct call *call, struct reply *reply)
 {
-    (void)call;
-    answer(service, REPORT_CSV, reply);
+    answer(service, call, REPORT_CSV, reply);
 }
 
 void handle_reports_svg(const struct service *service, const struct call *call, struct reply *reply)
 {
-    (void)call;
-    answer(service, REPORT_SVG, reply);
+    answer(service, call, REPORT_SVG, reply);
 }
 
 void handle_reports_measure(const struct service *service, const struct call *call,
                             struct reply *reply)
 {
     struct work_precision_options options = WORK_PRECISION_SHORT;
-    char reason[WORK_PRECISION_REASON];
+    if (!service->reports)
+        reply_problem(reply, PROBLEM_BUSY, "this server measures no reports");
+    else if (read_budget(call->request, &options.core_seconds, reply))
+        begin(service, &options, reply);
+}
+
+void handle_reports_stop(const struct service *service, const struct call *call,
+                         struct reply *reply)
+{
+    (void)call;
     if (!service->reports) {
         reply_problem(reply, PROBLEM_BUSY, "this server measures no reports");
         return;
     }
-    if (!read_options(call->request, &options, reply))
-        return;
-    if (report_keeper_progress(service->reports, reason) >= 0)
-        reply_problem(reply, PROBLEM_STATE, "one is being measured already");
-    else if (!report_keeper_begin(service->reports, &options))
-        reply_problem(reply, PROBLEM_BUSY, "no thread can be had");
+    double share = report_keeper_progress(service->reports, NULL);
+    if (report_keeper_stop(service->reports))
+        reply_text_take(reply, "application/json", print_state("stopping", share));
     else
-        reply_later_take(reply, HERE, print_state(0));
+        reply_problem(reply, PROBLEM_MEASURING, "none is being measured");
+}
+
+static void begin(const struct service *service, const struct work_precision_options *options,
+                  struct reply *reply)
+{
+    switch (report_keeper_begin(service->reports, options)) {
+    case REPORT_BEGUN:
+        reply_later_take(reply, HERE, print_state("measuring", 0));
+        break;
+    case REPORT_BUSY:
+        reply_problem(reply, PROBLEM_MEASURING, "one is being measured already");
+        break;
+    case REPORT_NO_THREAD:
+        reply_problem(reply, PROBLEM_BUSY, "no thread can be had");
+        break;
+    }
 }
 
 /* The report if there is one; else it is being measured, from now on if not before. */
-static void answer(const struct service *service, enum report_form form, struct reply *reply)
+static void answer(const struct service *service, const struct call *call, enum report_form form,
+                   struct reply *reply)
 {
     static const char *const types[REPORT_FORMS] = {
         "application/json", "text/csv; charset=utf-8; header=present", "image/svg+xml"};
@@ -72,47 +94,42 @@ static void answer(const struct service *service, enum report_form form, struct 
         reply_store(reply, status, "report");
         return;
     }
-    if (share < 0 && reason[0])
+    if (share >= 0)
+        reply_later_take(reply, HERE, print_state("measuring", share));
+    else if (reason[0])
         reply_problem(reply, PROBLEM_BUSY, "the report could not be measured: %s", reason);
-    else if (share < 0 && !report_keeper_begin(service->reports, &WORK_PRECISION_SHORT))
+    else if (strcmp(call->request->method, "HEAD") == 0)
+        reply_problem(reply, PROBLEM_NOT_FOUND, "there is no report yet: GET has it measured");
+    else if (report_keeper_begin(service->reports, &WORK_PRECISION_SHORT) == REPORT_NO_THREAD)
         reply_problem(reply, PROBLEM_BUSY, "no thread can be had");
     else
-        reply_later_take(reply, HERE, print_state(share));
+        reply_later_take(reply, HERE, print_state("measuring", 0));
 }
 
-static char *print_state(double share)
+static char *print_state(const char *state, double share)
 {
     struct text json = {0};
-    text_add(&json, "{\"state\":\"measuring\",\"progress\":");
+    text_add(&json, "{\"state\":\"%s\",\"progress\":", state);
     text_add_number(&json, share < 0 ? 0 : share);
     text_add(&json, "}\n");
     return text_take(&json);
 }
 
-/* ?budget= (core seconds an entry), ?scene=, ?method= */
-static bool read_options(const struct request *request, struct work_precision_options *options,
-                         struct reply *reply)
+/* ?budget= (core seconds of an entry) alone: what is kept is always a whole report. */
+static bool read_budget(const struct request *request, double *seconds, struct reply *reply)
 {
     struct bcd_errors errors = {0};
     for (size_t i = 0; i < request->query_count; i++) {
         const char *name = request->query[i].name, *value = request->query[i].value;
         char *end;
-        if (strcmp(name, "budget") == 0) {
-            options->core_seconds = strtod(value, &end);
-            if (end == value || *end != '\0' ||
-                !(options->core_seconds >= 0.001 && options->core_seconds <= 60))
-                bcd_errors_add(&errors, name, "must be seconds from 0.001 to 60");
-        } else if (strcmp(name, "scene") == 0) {
-            options->scene = value;
-        } else if (strcmp(name, "method") == 0) {
-            options->method = value;
-        } else {
-            bcd_errors_add(&errors, name, "is not known here: budget, scene and method are");
+        if (strcmp(name, "budget") != 0) {
+            bcd_errors_add(&errors, name, "is not known here: budget is");
+            continue;
         }
+        *seconds = strtod(value, &end);
+        if (end == value || *end != '\0' || !(*seconds >= 0.01 && *seconds <= 60))
+            bcd_errors_add(&errors, name, "must be seconds from 0.01 to 60");
     }
-    if (!work_precision_known(options))
-        bcd_errors_add(&errors, options->scene ? "scene" : "method",
-                       "there is no such scene or method");
     if (errors.count > 0)
         reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
     return errors.count == 0;

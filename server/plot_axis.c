@@ -167,8 +167,10 @@ static void ticks_log(const struct plot_axis *axis, int wanted, struct plot_tick
     for (int decade = first; decade <= last; decade++) {
         for (int m = 1; m <= (stride == 1 ? 9 : 1) && ticks->count < PLOT_TICKS_MAX; m++) {
             double at = decade + log10(m);
-            /* With fewer than two whole decades, 2 and 5 get labels as well. */
-            bool major = m == 1 ? decade % stride == 0 : decades < 2 && (m == 2 || m == 5);
+            /* With fewer than two whole decades, 2 and 5 get labels too, or 3 in little room. */
+            bool major = m == 1 ? decade % stride == 0
+                         : wanted > 3 ? decades < 2 && (m == 2 || m == 5)
+                                      : decades < wanted - 1 && m == 3;
             if (at < a || at > b || (!major && stride > 10))
                 continue;
             struct plot_tick *tick = &ticks->tick[ticks->count++];

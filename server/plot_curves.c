@@ -15,11 +15,12 @@ enum { POINTS_TOGETHER = 40000, DENSE = 80, MARKERS = 10 };
 
 /* ------------------------------------------------------------------ styles */
 
-/* Okabe and Ito's colours without their yellow, which is too pale on white. */
-static const char *const colours[] = {PLOT_BLUE, PLOT_RED,  "#009E73", "#222222",
-                                      "#CC79A7", "#E69F00", "#56B4E9"};
+/* Okabe and Ito's colours without their yellow, which is too pale on white; then darker ones. */
+static const char *const colours[PLOT_STYLES] = {PLOT_BLUE, PLOT_RED,  "#009E73", "#222222",
+                                                 "#CC79A7", "#E69F00", "#56B4E9", "#7F3C8D",
+                                                 "#8A5A2B", "#8C8C8C", "#A3A500", "#8B0000"};
 static const char *const dashes[] = {"none", "7 3", "2 3", "9 3 2 3", "14 4"};
-enum { COLOURS = sizeof colours / sizeof *colours, DASHES = sizeof dashes / sizeof *dashes };
+enum { DASHES = sizeof dashes / sizeof *dashes };
 
 /* Markers as polygons in tenths of their radius. */
 enum { CORNERS_MAX = 12 };
@@ -41,7 +42,17 @@ static const struct shape shapes[] = {
 };
 enum { SHAPES = sizeof shapes / sizeof *shapes };
 
-static void add_marker(struct text *svg, size_t style, const double at[2], double radius)
+const char *plot_style_colour(size_t style)
+{
+    return colours[style % PLOT_STYLES];
+}
+
+const char *plot_style_dash(size_t style)
+{
+    return dashes[style % DASHES];
+}
+
+void plot_style_add_marker(struct text *svg, size_t style, const double at[2], double radius)
 {
     const struct shape *shape = &shapes[style % SHAPES];
     for (size_t i = 0; i < shape->corners; i++)
@@ -53,7 +64,7 @@ static void add_marker(struct text *svg, size_t style, const double at[2], doubl
 /* The second round of markers is hollow. */
 static void open_markers(struct text *svg, size_t style)
 {
-    const char *colour = colours[style % COLOURS];
+    const char *colour = plot_style_colour(style);
     text_add(svg, "<path class=\"markers\" fill=\"%s\" stroke=\"%s\" d=\"",
              style < SHAPES ? colour : "#ffffff", colour);
 }
@@ -89,9 +100,9 @@ static void add_key(struct text *svg, size_t style, const double at[2], const ch
     text_add(&mark,
              "<path d=\"M0 0H24\" stroke=\"%s\" stroke-width=\"1.6\" "
              "stroke-dasharray=\"%s\"/>",
-             colours[style % COLOURS], dashes[style % DASHES]);
+             plot_style_colour(style), plot_style_dash(style));
     open_markers(&mark, style);
-    add_marker(&mark, style, (double[]){12, 0}, 3.6);
+    plot_style_add_marker(&mark, style, (double[]){12, 0}, 3.6);
     text_add(&mark, "\"/>");
     char *finished = text_take(&mark);
     if (finished)
@@ -228,10 +239,10 @@ static void print_markers(struct text *svg, const struct plot_points *points, si
     for (size_t i = dense ? style * step / PLOT_STYLES : 0; i < points->count; i += step) {
         const struct plot_point *p = &points->point[i];
         if (!isnan(p->value))
-            add_marker(svg, style,
-                       (double[]){plot_axis_pixel(&axes[0], p->x),
-                                  plot_axis_pixel(&axes[1], p->value)},
-                       points->count > 40 && !dense ? 2.4 : 3.2);
+            plot_style_add_marker(svg, style,
+                                  (double[]){plot_axis_pixel(&axes[0], p->x),
+                                             plot_axis_pixel(&axes[1], p->value)},
+                                  points->count > 40 && !dense ? 2.4 : 3.2);
     }
     text_add(svg, "\"/>\n");
 }
@@ -240,7 +251,7 @@ static void print_markers(struct text *svg, const struct plot_points *points, si
 static void print_styled(struct text *svg, const struct plot_points *points, size_t style,
                          const struct plot_axis axes[2])
 {
-    const char *colour = colours[style % COLOURS];
+    const char *colour = plot_style_colour(style);
     text_add(svg, "<path class=\"%s\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.6\" "
                   "stroke-linejoin=\"round\" stroke-dasharray=\"%s\" d=\"",
              points->theory ? "theory" : "value", colour,
@@ -263,7 +274,7 @@ void plot_curves_print(struct text *svg, const struct plot_curves *curves,
             continue;
         }
         text_add(svg, "<path class=\"curve\" fill=\"none\" stroke=\"%s\" stroke-width=\".8\" d=\"",
-                 colours[i % COLOURS]);
+                 plot_style_colour(i));
         print_line(svg, points, false, axes);
     }
 }

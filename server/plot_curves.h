@@ -14,6 +14,12 @@
 
 enum { PLOT_STYLES = 12, PLOT_LABEL_SIZE = 64 };
 
+/* The look of the style-th curve: no two of PLOT_STYLES share their colour, nor both marker and
+ * dash. A dash is the value of stroke-dasharray, a marker a closed piece of a path's d. */
+const char *plot_style_colour(size_t style);
+const char *plot_style_dash(size_t style);
+void plot_style_add_marker(struct text *svg, size_t style, const double at[2], double radius);
+
 /* Some rows of a table by the roles of its columns, borrowed. rows == 0: the whole table. */
 struct plot_curve {
     const struct bcd_table *table; /* not a scalar */

@@ -23,6 +23,7 @@ static const struct {
     [PROBLEM_NOT_FOUND] = {404, TYPE "not-found", "There is no such thing"},
     [PROBLEM_METHOD] = {405, TYPE "method-not-allowed", "This path has no such method"},
     [PROBLEM_STATE] = {409, TYPE "wrong-state", "The job's state does not allow this"},
+    [PROBLEM_MEASURING] = {409, TYPE "measuring", "The report's state does not allow this"},
     [PROBLEM_TOO_LARGE] = {413, TYPE "too-large", "The body is too large"},
     [PROBLEM_MEDIA_TYPE] = {415, TYPE "media-type", "The body must be JSON"},
     [PROBLEM_WRONG_HOST] = {421, TYPE "wrong-host", "This server does not go by that name"},

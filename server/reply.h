@@ -20,6 +20,7 @@ enum problem {
     PROBLEM_NOT_FOUND,
     PROBLEM_METHOD,
     PROBLEM_STATE, /* the job is not in a state that allows this */
+    PROBLEM_MEASURING, /* neither is the report: it is, or is not, being measured */
     PROBLEM_TOO_LARGE,
     PROBLEM_MEDIA_TYPE,
     PROBLEM_WRONG_HOST,

@@ -84,10 +84,10 @@ enum store_status report_keeper_get(struct report_keeper *keeper, enum report_fo
     return store_reports_get(keeper->store, &which, form, text);
 }
 
-bool report_keeper_begin(struct report_keeper *keeper,
-                         const struct work_precision_options *options)
+enum report_begun report_keeper_begin(struct report_keeper *keeper,
+                                      const struct work_precision_options *options)
 {
-    bool good = true;
+    enum report_begun begun = REPORT_BUSY;
     pthread_mutex_lock(&keeper->mutex);
     if (keeper->state == STATE_ENDED) {
         pthread_join(keeper->thread, NULL); /* it has let the mutex go for good */
@@ -98,19 +98,33 @@ bool report_keeper_begin(struct report_keeper *keeper,
         keeper->share = 0;
         keeper->thread_id = 0;
         keeper->reason[0] = '\0';
-        good = pthread_create(&keeper->thread, NULL, measure, keeper) == 0;
+        atomic_store(&keeper->stop, false);
+        bool good = pthread_create(&keeper->thread, NULL, measure, keeper) == 0;
         keeper->state = good ? STATE_MEASURING : STATE_IDLE;
+        begun = good ? REPORT_BEGUN : REPORT_NO_THREAD;
     }
     pthread_mutex_unlock(&keeper->mutex);
-    return good;
+    return begun;
 }
 
-double report_keeper_progress(struct report_keeper *keeper, char reason[WORK_PRECISION_REASON])
+bool report_keeper_stop(struct report_keeper *keeper)
+{
+    pthread_mutex_lock(&keeper->mutex);
+    bool measuring = keeper->state == STATE_MEASURING;
+    if (measuring)
+        atomic_store(&keeper->stop, true);
+    pthread_mutex_unlock(&keeper->mutex);
+    return measuring;
+}
+
+double report_keeper_progress(struct report_keeper *keeper, char *reason)
 {
     pthread_mutex_lock(&keeper->mutex);
     double share = keeper->state == STATE_MEASURING ? keeper->share : -1;
-    memcpy(reason, keeper->reason, WORK_PRECISION_REASON);
-    keeper->reason[0] = '\0';
+    if (reason) {
+        memcpy(reason, keeper->reason, WORK_PRECISION_REASON);
+        keeper->reason[0] = '\0';
+    }
     pthread_mutex_unlock(&keeper->mutex);
     return share;
 }

@@ -24,13 +24,20 @@ void report_keeper_free(struct report_keeper *keeper);
 enum store_status report_keeper_get(struct report_keeper *keeper, enum report_form form,
                                     char **text);
 
-/* Begins a measurement; does nothing when one is under way. options->scene and method as
- * work_precision_known left them. False = no thread can be had. */
-bool report_keeper_begin(struct report_keeper *keeper,
-                         const struct work_precision_options *options);
+/* Begins a measurement. options->scene and method as work_precision_known left them. */
+enum report_begun {
+    REPORT_BEGUN,
+    REPORT_BUSY, /* one is under way, or has not ended yet after _stop */
+    REPORT_NO_THREAD,
+};
+enum report_begun report_keeper_begin(struct report_keeper *keeper,
+                                      const struct work_precision_options *options);
+
+/* Tells a measurement to stop: it ends soon and leaves no report. False = none is under way. */
+bool report_keeper_stop(struct report_keeper *keeper);
 
 /* How far it is, 0..1; negative = none is under way. `reason` then tells why the last one failed,
- * once; else it is "". */
-double report_keeper_progress(struct report_keeper *keeper, char reason[WORK_PRECISION_REASON]);
+ * once; else it is "". [WORK_PRECISION_REASON], or NULL. */
+double report_keeper_progress(struct report_keeper *keeper, char *reason);
 
 #endif

@@ -94,6 +94,12 @@ static enum report_outcome advance(struct report_run *run, struct bcd_run *motio
     return REPORT_DONE;
 }
 
+void report_add_member(struct text *json, const char *name, double value)
+{
+    text_add(json, ",\"%s\":", name);
+    text_add_number(json, value);
+}
+
 /* ------------------------------------------------------------ what is in a scene */
 
 double report_run_fact(const struct bcd_scene *scene, const char *name)

@@ -7,6 +7,7 @@
 #define REPORT_RUN_H
 
 #include "bcd.h"
+#include "text.h"
 
 #include <stdatomic.h>
 
@@ -20,7 +21,7 @@ enum report_outcome {
 struct report_run {
     /* Given. */
     const atomic_bool *stop; /* looked at every LIMIT_SLICE_MS; NULL = never stops */
-    double core_seconds_max; /* then it has FAILED; 0 = no limit */
+    double core_seconds_max; /* then it has FAILED, error.code being BCD_OK; 0 = no limit */
     /* Results, to be ended with report_run_fini whatever the outcome was. */
     struct bcd_scene *scene;
     struct bcd_tally *tally; /* NULL unless DONE */
@@ -31,6 +32,9 @@ struct report_run {
 /* Parses the job (JSON; NULL = out of memory) and runs it to its end. */
 enum report_outcome report_run_job(struct report_run *run, const char *job);
 void report_run_fini(struct report_run *run);
+
+/* ,"name":value - of a job or a report in the making, not its first member. */
+void report_add_member(struct text *json, const char *name, double value);
 
 /* A number that the engine derived from the completed job; NaN = there is none of that name. */
 double report_run_fact(const struct bcd_scene *scene, const char *name);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REALIZATIONS = 16, CORE_SECONDS_MAX = 10, DENSITY_BINS = 20 };
+enum { REALIZATIONS = 16, CORE_SECONDS_MAX = 5, DENSITY_BINS = 20 };
 static const double work_max = 1.6e6; /* rods times steps times realizations */
 static const double overlap_max = 1e-9; /* of L: rounding of positions far from the origin */
 
@@ -94,15 +94,17 @@ static const struct stability_extreme extremes[] = {
      .time = 1},
     {.name = "kT = 0",
      .members = "\"particles\":3,\"length\":8,\"diameter\":0.2,\"temperature\":0,"
-                "\"initial\":\"lattice\",\"equilibration_time\":2,\"potential\":"
+                "\"initial\":\"lattice\",\"potential\":"
                 "{\"type\":\"cosine\",\"amplitude\":6,\"phase\":1}",
+     .equilibration = 2,
      .expected = -3,
      .bound = 0.6,
      .time = 1},
     {.name = "kT = 1e-9",
      .members = "\"particles\":3,\"length\":8,\"diameter\":0.2,\"temperature\":1e-9,"
-                "\"initial\":\"lattice\",\"equilibration_time\":2,\"potential\":"
+                "\"initial\":\"lattice\",\"potential\":"
                 "{\"type\":\"cosine\",\"amplitude\":6,\"phase\":1}",
+     .equilibration = 2,
      .expected = -3,
      .bound = 0.6,
      .time = 1},
@@ -128,6 +130,7 @@ static const struct stability_extreme extremes[] = {
                 "{\"type\":\"cosine\",\"amplitude\":6,\"wavelength\":0.01}",
      .bound = 0.6,
      .time = 0.01,
+     .least_time = 1e-4 / (4 * M_PI * M_PI),
      .drawn = true},
 };
 
@@ -159,9 +162,11 @@ bool stability_failed(enum stability_verdict verdict)
 struct demand {
     const char *method;
     double time_step; /* 0 = the members' or the method's own */
-    double time;
+    double time, equilibration;
     bool drawn, path; /* from equilibrium; with the rods' last positions, to see their order */
 };
+static void doubt(const struct demand *demand, const struct stability_extreme *extreme,
+                  struct stability_result *result);
 
 static char *print_job(const struct stability_extreme *extreme, const struct demand *demand)
 {
@@ -170,14 +175,12 @@ static char *print_job(const struct stability_extreme *extreme, const struct dem
              extreme->ticks_max > 0 ? 2 : REALIZATIONS);
     if (demand->drawn)
         text_add(&job, ",\"initial\":\"equilibrium\"");
-    if (demand->time_step > 0) {
-        text_add(&job, ",\"time_step\":");
-        text_add_number(&job, demand->time_step);
-    }
-    if (demand->time > 0) {
-        text_add(&job, ",\"time\":");
-        text_add_number(&job, demand->time);
-    }
+    if (demand->time_step > 0)
+        report_add_member(&job, "time_step", demand->time_step);
+    if (demand->time > 0)
+        report_add_member(&job, "time", demand->time);
+    if (demand->equilibration > 0)
+        report_add_member(&job, "equilibration_time", demand->equilibration);
     if (extreme->judge == STABILITY_BY_VELOCITY)
         text_add(&job, ",\"observables\":{\"current\":{}");
     else if (extreme->judge == STABILITY_BY_DENSITY)
@@ -210,6 +213,7 @@ static bool plan_time(struct report_run *run, const struct stability_extreme *ex
     static const atomic_bool at_once = true; /* completed, but not run */
     struct report_run probe = {.stop = &at_once};
     demand->time = extreme->time;
+    demand->equilibration = extreme->equilibration;
     bool good = run_demand(&probe, extreme, demand) == REPORT_STOPPED;
     if (good) {
         double step = report_run_fact(probe.scene, "time_step");
@@ -222,6 +226,7 @@ static bool plan_time(struct report_run *run, const struct stability_extreme *ex
         if (!strstr(extreme->members, "\"time_step\""))
             demand->time_step = step;
         demand->time = steps * step;
+        demand->equilibration = fmin(extreme->equilibration, floor(most) * step);
     } else {
         run->error = probe.error;
     }
@@ -239,7 +244,7 @@ static void put_words(struct stability_result *result, const struct bcd_error *e
 struct stability_result stability_try(const struct stability_extreme *extreme, const char *method)
 {
     struct stability_result result = {.verdict = STABILITY_REFUSED, .off = NAN, .stderror = NAN,
-                                      .time_step = NAN, .time = NAN};
+                                      .time_step_error = NAN, .time_step = NAN, .time = NAN};
     struct report_run run = {.core_seconds_max = CORE_SECONDS_MAX};
     struct demand demand = {.method = method};
     enum report_outcome outcome = REPORT_REFUSED;
@@ -259,13 +264,16 @@ struct stability_result stability_try(const struct stability_extreme *extreme, c
         result.time_step = report_run_fact(run.scene, "time_step");
         result.time = demand.time;
         judge(&run, extreme, &result);
+        doubt(&demand, extreme, &result);
         if (!stability_failed(result.verdict) && demand.path && disordered(&run))
             result.verdict = STABILITY_DISORDER;
     } else {
         put_words(&result, &run.error);
+        bool budget = run.error.code == BCD_OK; /* or an error of the engine */
         if (outcome == REPORT_FAILED)
-            result.verdict =
-                run.core_ns > 1e9 * CORE_SECONDS_MAX ? STABILITY_LATE : STABILITY_BROKEN;
+            result.verdict = !budget                                  ? STABILITY_BROKEN
+                             : run.core_ns > 2e9 * CORE_SECONDS_MAX ? STABILITY_LATE
+                                                                      : STABILITY_RAN;
     }
     report_run_fini(&run);
     return result;
@@ -279,33 +287,62 @@ static double at(const struct bcd_table *table, enum bcd_role role, size_t row)
     return column && column->values && row < table->rows ? column->values[row] : NAN;
 }
 
-/* Off by `off`, of which `allowed` is explained. */
-static enum stability_verdict grade(double off, double allowed, double bound)
+/* Chance explains 3 standard errors, and rounding. What the engine's own estimate of the time-step
+ * error explains is biased all the same. */
+static void grade(struct stability_result *result, double bound)
 {
-    if (fabs(off) <= allowed)
-        return STABILITY_RIGHT;
-    return fabs(off) <= bound ? STABILITY_BIASED : STABILITY_MELTED;
+    double off = fabs(result->off);
+    double chance = 3 * (isfinite(result->stderror) ? result->stderror : 0) + 1e-6;
+    if (off > fmax(chance, bound)) {
+        result->verdict = STABILITY_MELTED;
+    } else if (chance > bound) {
+        result->verdict = STABILITY_RAN;
+        snprintf(result->words, sizeof result->words, "tells nothing: error bars beyond %g", bound);
+    } else if (off <= chance) {
+        result->verdict = STABILITY_RIGHT;
+    } else {
+        result->verdict = STABILITY_BIASED;
+        if (isfinite(result->time_step_error))
+            snprintf(result->words, sizeof result->words, "its own estimate of that: %.1e",
+                     result->time_step_error);
+    }
+}
+
+/* Too short a run tells little: one from equilibrium is right by its start, another wrong by it. */
+static void doubt(const struct demand *demand, const struct stability_extreme *extreme,
+                  struct stability_result *result)
+{
+    double least = extreme->least_time > 0 ? extreme->least_time : 1 / (4 * M_PI * M_PI);
+    bool hasty = demand->equilibration < 0.99 * extreme->equilibration;
+    bool early = hasty || (demand->time < least && !extreme->drawn);
+    if (extreme->judge == STABILITY_BY_VELOCITY || result->verdict > STABILITY_MELTED ||
+        (demand->time >= least && !hasty) || (result->verdict == STABILITY_MELTED && !early))
+        return;
+    result->verdict = STABILITY_RAN;
+    snprintf(result->words, sizeof result->words, "tells nothing: %s %.1e is too short",
+             hasty ? "equilibration of" : "a time of",
+             hasty ? demand->equilibration : demand->time);
 }
 
 static void judge_scalar(const struct bcd_table *table, const struct stability_extreme *extreme,
                          double scale, struct stability_result *result)
 {
     double value = at(table, BCD_ROLE_VALUE, 0) / scale;
-    double step_error = fabs(at(table, BCD_ROLE_TIME_STEP_ERROR, 0) / scale);
     double exact = extreme->expected != 0 ? extreme->expected : at(table, BCD_ROLE_THEORY, 0);
     double unit = extreme->judge == STABILITY_BY_VELOCITY ? fabs(exact) : 1;
     result->stderror = at(table, BCD_ROLE_STDERR, 0) / scale / unit;
+    result->time_step_error = fabs(at(table, BCD_ROLE_TIME_STEP_ERROR, 0) / scale / unit);
     if (!isfinite(value)) {
         result->verdict = STABILITY_NAN;
         return;
     }
     result->verdict = STABILITY_RAN;
-    if (!isfinite(exact) || !isfinite(extreme->bound))
+    if (!isfinite(exact) || !isfinite(extreme->bound)) {
+        snprintf(result->words, sizeof result->words, "there is no exact value");
         return;
+    }
     result->off = (value - exact) / unit;
-    double bar = isfinite(result->stderror) ? result->stderror : 0;
-    double allowed = 3 * bar + (isfinite(step_error) ? step_error / unit : 0) + 1e-6;
-    result->verdict = grade(result->off, allowed, extreme->bound);
+    grade(result, extreme->bound);
 }
 
 static void judge_density(const struct bcd_table *table, const struct stability_extreme *extreme,
@@ -320,8 +357,9 @@ static void judge_density(const struct bcd_table *table, const struct stability_
     }
     result->off = off / all;
     result->stderror = noise / all;
-    result->verdict = isfinite(off) ? grade(result->off, 3 * result->stderror, extreme->bound)
-                                    : STABILITY_NAN;
+    result->verdict = STABILITY_NAN;
+    if (isfinite(off))
+        grade(result, extreme->bound);
 }
 
 static void judge(const struct report_run *run, const struct stability_extreme *extreme,

@@ -11,9 +11,10 @@
 #include "bcd.h"
 
 enum stability_verdict {
-    STABILITY_RIGHT,   /* within 3 standard errors and the time-step error of the exact value */
+    STABILITY_RIGHT,   /* within 3 standard errors of the exact value */
     STABILITY_BIASED,  /* beyond that, by `off`, but less than the extreme's bound */
-    STABILITY_RAN,     /* there is no exact value; finite and in order */
+    STABILITY_RAN,     /* finite and in order; there is no exact value, or `words` say why the run
+                          cannot tell: too short, or its error bars exceed the bound */
     STABILITY_REFUSED, /* `words` say why */
     /* From here on: failures. */
     STABILITY_MELTED,   /* off by more than the bound, and nobody said so */
@@ -40,6 +41,8 @@ struct stability_extreme {
     double expected; /* BY_ENERGY: 0 = the theory's */
     double bound;    /* a larger error is a failure */
     double time;     /* simulated, if that many steps are few enough */
+    double equilibration; /* the same, before; 0 = none is asked for */
+    double least_time; /* measured less, it tells nothing; 0 = 1 / D k^2 of wavelength and kT 1 */
     int64_t ticks_max;  /* of a realization; 0 = as many as are quick */
     bool drawn;         /* from exact equilibrium */
 };
@@ -48,6 +51,7 @@ const struct stability_extreme *stability_extreme(size_t index); /* NULL past th
 struct stability_result {
     enum stability_verdict verdict;
     double off, stderror;      /* NaN = not judged */
+    double time_step_error;    /* the engine's own estimate; NaN = it gives none */
     double time_step, time;    /* of each realization; NaN = did not run */
     double core_seconds;
     char words[300];

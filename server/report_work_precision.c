@@ -22,7 +22,6 @@ static const double ladder_least = 2, ladder_most = 4; /* ratio of neighbouring 
 static const double drift_share = 0.5, reference_share = 2; /* of an entry's budget */
 static const double forget_time = 0.5, drift_forget_time = 5; /* in units of lambda^2 / D */
 static const double drift_forget_least = 0.5; /* less, and a drift is still that of the start */
-static const double extrapolation_max = 1e3; /* below the finest step */
 static const double slow_factor = 20; /* over budget by this: the probe was misled */
 
 #define COSINE(u) "\"potential\":{\"type\":\"cosine\",\"amplitude\":" #u "}"
@@ -32,14 +31,14 @@ static const double slow_factor = 20; /* over budget by this: the probe was misl
  * it is a force that nearly levels them (pi U0 = 63); a filled ring moves as a whole or not at all:
  * there it more than levels them (19). */
 static const struct work_precision_scene scenes[WORK_PRECISION_SCENES] = {
-    {"sparse", 16, "\"particles\":16,\"length\":32,\"diameter\":0.5," COSINE(6), 10, false},
-    {"medium", 16, MEDIUM COSINE(6), 10, false},
-    {"dense", 20, "\"particles\":20,\"length\":20,\"diameter\":0.95," COSINE(6), 30, true},
-    {"stiff", 16, MEDIUM COSINE(20), 60, false},
+    {"sparse", 16, "\"particles\":16,\"length\":32,\"diameter\":0.5," COSINE(6), 10, false, 1},
+    {"medium", 16, MEDIUM COSINE(6), 10, false, 1},
+    {"dense", 20, "\"particles\":20,\"length\":20,\"diameter\":0.95," COSINE(6), 30, true, 1},
+    {"stiff", 16, MEDIUM COSINE(20), 60, false, 1},
     {"sticky", 16,
      MEDIUM COSINE(6) ",\"interaction\":{\"type\":\"sticky\",\"strength\":1,\"range\":0.05,"
                       "\"exponent\":3}",
-     10, false},
+     10, false, 3},
 };
 
 /* Exact profiles of the scene in work, on the measured bins. */
@@ -140,18 +139,14 @@ static char *print_job(const struct work_precision_scene *scene, const struct tr
              : trial->lattice ? "lattice"
                               : "uniform");
     if (trial->time_step > 0) {
-        text_add(&job, ",\"time_step\":");
-        text_add_number(&job, trial->time_step);
-        text_add(&job, ",\"time\":");
-        text_add_number(&job, (double)trial->steps * trial->time_step);
-        text_add(&job, ",\"equilibration_time\":");
-        text_add_number(&job, trial->equilibration);
+        report_add_member(&job, "time_step", trial->time_step);
+        report_add_member(&job, "time", (double)trial->steps * trial->time_step);
+        report_add_member(&job, "equilibration_time", trial->equilibration);
     } else {
         text_add(&job, ",\"time\":1000");
     }
     if (trial->drift) {
-        text_add(&job, ",\"force\":");
-        text_add_number(&job, scene->drift_force);
+        report_add_member(&job, "force", scene->drift_force);
         text_add(&job, ",\"observables\":{\"current\":{}}}");
     } else if (trial->time_step > 0) {
         text_add(&job,
@@ -320,6 +315,13 @@ static bool stopped(const struct work_precision *report)
     return report->options.stop && atomic_load(report->options.stop);
 }
 
+/* Core seconds of one entry. */
+static double budget(const struct work_precision *report,
+                     const struct work_precision_result *result)
+{
+    return report->options.core_seconds * result->scene->share;
+}
+
 /* There is no exact drift velocity of more than one rod: strang with a quarter of its own step. */
 static bool measure_reference(const struct work_precision *report,
                               struct work_precision_result *result)
@@ -332,7 +334,7 @@ static bool measure_reference(const struct work_precision *report,
         return true;
     trial.time_step = result->reference.time_step = step / 4;
     enum report_outcome outcome =
-        run_for(&run, result->scene, &trial, reference_share * report->options.core_seconds);
+        run_for(&run, result->scene, &trial, reference_share * budget(report, result));
     if (outcome == REPORT_DONE) {
         struct work_precision_value v = velocity(&run);
         result->reference.velocity = v.error;
@@ -423,7 +425,7 @@ static bool measure_drift(const struct work_precision *report,
         return true;
     }
     enum report_outcome outcome =
-        run_for(&run, result->scene, &trial, drift_share * report->options.core_seconds);
+        run_for(&run, result->scene, &trial, drift_share * budget(report, result));
     if (outcome == REPORT_DONE && trial.equilibration < drift_forget_least) {
         snprintf(entry->drift_reason, WORK_PRECISION_REASON,
                  "the budget does not last to forget the start");
@@ -441,17 +443,24 @@ static bool measure_drift(const struct work_precision *report,
     return outcome != REPORT_STOPPED;
 }
 
+static void keep_job(struct work_precision_result *result, const struct trial *trial)
+{
+    char *job = result->job[0] ? NULL : print_job(result->scene, trial);
+    if (job)
+        snprintf(result->job, sizeof result->job, "%s", job);
+    free(job);
+}
+
 /* One time step of one method; false = stopped. A run that fails keeps its NaNs. */
 static bool measure_entry(const struct work_precision *report,
-                          const struct work_precision_result *result, const struct exact *exact,
+                          struct work_precision_result *result, const struct exact *exact,
                           struct work_precision_entry *entry)
 {
     struct trial trial = {.method = entry->method, .time_step = entry->time_step,
                           .realizations = REALIZATIONS, .drawn = true,
                           .seed = entry_seed(result)};
     struct report_run run = {.stop = report->options.stop};
-    enum report_outcome outcome =
-        run_for(&run, result->scene, &trial, report->options.core_seconds);
+    enum report_outcome outcome = run_for(&run, result->scene, &trial, budget(report, result));
     entry->cost = NAN;
     entry->density_noise = NAN;
     for (int k = 0; k < WORK_PRECISION_KINDS; k++)
@@ -462,84 +471,12 @@ static bool measure_entry(const struct work_precision *report,
         entry->cost = run.core_ns / ((time + trial.equilibration) * trial.realizations *
                                      result->scene->particles);
         judge_static(&run, exact, entry);
+        keep_job(result, &trial);
     } else {
         snprintf(entry->reason, WORK_PRECISION_REASON, "%s", run.error.text);
     }
     report_run_fini(&run);
     return outcome != REPORT_STOPPED && !stopped(report) && measure_drift(report, result, entry);
-}
-
-/* The density's L1 without what noise adds to it, and an error bar that calls it lost in the noise
- * when it is below that. */
-static struct report_point density_point(const struct work_precision_entry *entry)
-{
-    double l1 = entry->value[WORK_PRECISION_DENSITY].error, noise = entry->density_noise;
-    return (struct report_point){entry->time_step, sqrt(fmax(l1 * l1 - noise * noise, 0)),
-                                 noise / 2};
-}
-
-/* The cheapest entry that is within the tolerance, its noise included; NaN = none. */
-static double cheapest_within(const struct work_precision_entry *entries, size_t count)
-{
-    double cost = NAN;
-    for (size_t i = 0; i < count; i++) {
-        struct report_point point = density_point(&entries[i]);
-        if (point.error + 2 * point.stderror <= WORK_PRECISION_TOLERANCE &&
-            !(entries[i].cost >= cost))
-            cost = entries[i].cost;
-    }
-    return cost;
-}
-
-/* Along the fitted law, never to a coarser step than was run. cost * step hardly depends on the
- * step: its mean serves for all. */
-static void find_cost(struct work_precision_method *method,
-                      const struct work_precision_entry *entries)
-{
-    const struct report_fit *fit = &method->fit[WORK_PRECISION_DENSITY];
-    double coarse = 0, fine = INFINITY, sum = 0;
-    size_t timed = 0;
-    method->cost_at_tolerance = cheapest_within(entries, method->count);
-    method->how = "measured";
-    if (!(fit->order > 2 * fit->order_stderror)) {
-        if (isnan(method->cost_at_tolerance))
-            method->how = fit->points < 2
-                              ? "errors are within the noise, and the noise above the tolerance"
-                              : "the error does not fall with the time step";
-        return;
-    }
-    for (size_t i = 0; i < method->count; i++) {
-        if (!isfinite(entries[i].cost))
-            continue;
-        coarse = fmax(coarse, entries[i].time_step);
-        fine = fmin(fine, entries[i].time_step);
-        sum += entries[i].cost * entries[i].time_step;
-        timed++;
-    }
-    double step = pow(WORK_PRECISION_TOLERANCE / fit->factor, 1 / fit->order);
-    if (step < fine / extrapolation_max) {
-        method->cost_at_tolerance = NAN;
-        method->how = "lies more than a thousand times below the finest step measured";
-        return;
-    }
-    method->how = step < fine ? "extrapolated" : step > coarse ? "measured" : "interpolated";
-    method->cost_at_tolerance = sum / (double)timed / fmin(step, coarse);
-}
-
-static void fit_method(struct work_precision_method *method,
-                       const struct work_precision_entry *entries)
-{
-    struct report_point points[WORK_PRECISION_LEVELS_MAX];
-    for (int k = 0; k < WORK_PRECISION_KINDS; k++) {
-        for (size_t i = 0; i < method->count; i++)
-            points[i] = k == WORK_PRECISION_DENSITY
-                            ? density_point(&entries[i])
-                            : (struct report_point){entries[i].time_step,
-                                                    entries[i].value[k].error,
-                                                    entries[i].value[k].stderror};
-        method->fit[k] = report_fit_power(points, method->count);
-    }
-    find_cost(method, entries);
 }
 
 static bool measure_method(struct work_precision *report, struct work_precision_result *result,
@@ -560,6 +497,6 @@ static bool measure_method(struct work_precision *report, struct work_precision_
         if (!measure_entry(report, result, exact, entry))
             return false;
     }
-    fit_method(method, &result->entry[method->first]);
+    work_precision_fit(method, &result->entry[method->first]);
     return true;
 }

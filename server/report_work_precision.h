@@ -23,6 +23,7 @@ enum {
     WORK_PRECISION_ENTRIES_MAX = WORK_PRECISION_LEVELS_MAX * WORK_PRECISION_METHODS_MAX,
     WORK_PRECISION_BINS = 50, /* of the density */
     WORK_PRECISION_REASON = 384,
+    WORK_PRECISION_JOB = 768,
 };
 
 /* What is in error. Energy: mean external energy per rod minus the exact one. Density: integral of
@@ -43,7 +44,8 @@ struct work_precision_scene {
     int particles;
     const char *members; /* geometry and forces as members of a job */
     double drift_force;
-    bool filled; /* one rod in each well: a lattice soon forgets that it was one */
+    bool filled;  /* one rod in each well: a lattice soon forgets that it was one */
+    double share; /* of the budget: 1, or more where steps are short */
 };
 const struct work_precision_scene *work_precision_scene(size_t index); /* NULL past the last */
 
@@ -69,11 +71,12 @@ struct work_precision_method {
     size_t first, count;
     struct report_fit fit[WORK_PRECISION_KINDS];
     double cost_at_tolerance; /* NaN = not to be had */
-    const char *how;          /* "interpolated", "extrapolated", "measured", or why not */
+    char how[128];            /* "interpolated", "extrapolated", "measured", or why not */
 };
 
 struct work_precision_result {
     const struct work_precision_scene *scene; /* NULL = not asked for */
+    char job[WORK_PRECISION_JOB];             /* of the first entry, as it was run (JSON) */
     double energy, contact;                   /* exact */
     struct {
         double velocity, stderror, time_step;
@@ -113,6 +116,13 @@ bool work_precision_known(struct work_precision_options *options);
 bool work_precision_measure(struct work_precision *report,
                             const struct work_precision_options *options,
                             char reason[WORK_PRECISION_REASON]);
+
+/* report_work_precision_fit.c: fit, cost_at_tolerance and how, from the method's entries. */
+void work_precision_fit(struct work_precision_method *method,
+                        const struct work_precision_entry *entries);
+
+/* The order of one kind of error in the time step; NaN: `reason` says why there is none. */
+double work_precision_order(const struct report_fit *fit, const char **reason);
 
 /* report_work_precision_print.c: malloc'ed, NULL = out of memory. */
 char *work_precision_print_json(const struct work_precision *report);

@@ -2,8 +2,9 @@
  *
  * report_work_precision_plot.c - error against cost, log-log: a column of panels for each scene, a
  * row for each kind of error, a curve with error bars for each method. A value that is lost in the
- * noise is a ring at its upper bound.
+ * noise is hollow, at its upper bound.
  */
+#include "plot_curves.h"
 #include "plot_frame.h"
 #include "plot_marks.h"
 #include "plot_words.h"
@@ -16,16 +17,12 @@
 
 enum { CELL_WIDTH = 300, CELL_HEIGHT = 220, FRAME_RIGHT = 286, FRAME_TOP = 26, FRAME_FOOT = 182 };
 enum { LEFT = 30, TOP = 112, BELOW = 60, KEY_ROW = 22, TITLE_SIZE = 20, LABEL_SIZE = 14 };
-enum { COLOURS = 10, DASHES = 2 };
 static const double error_least = 1e-6; /* a logarithm's foot */
+static const double marker_radius = 3.6;
 
 static const char *const row_titles[WORK_PRECISION_KINDS] = {
     "|energy error|, kT", "density, relative L1", "|contact density error|, relative",
     "|drift velocity error|, relative"};
-
-/* Sequence of Okabe and Ito, for all eyes, then two greys; a second round is dashed. */
-static const char *const colours[COLOURS] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00",
-                                             "#56B4E9", "#000000", "#B3A100", "#7F3C8D", "#777777"};
 
 struct panel {
     const struct work_precision_result *result;
@@ -89,7 +86,7 @@ char *work_precision_print_svg(const struct work_precision *report)
     }
     plot_small_print(&svg,
                      "Bars: one standard error. Density: what error bars alone would give is "
-                     "taken off in quadrature. A ring: within the noise, drawn at the upper bound. "
+                     "taken off in quadrature. Hollow: within the noise, drawn at the upper bound. "
                      "Measured on this machine.",
                      height - 26, width);
     text_add(&svg, "</svg>\n");
@@ -99,6 +96,22 @@ char *work_precision_print_svg(const struct work_precision *report)
 }
 
 /* ------------------------------------------------------------------ legend */
+
+static double add_key(struct text *svg, size_t style, const double at[2], const char *name)
+{
+    struct text mark = {0};
+    text_add(&mark,
+             "<path d=\"M0 0H24\" stroke=\"%s\" stroke-width=\"2\" stroke-dasharray=\"%s\"/>"
+             "<path fill=\"%s\" d=\"",
+             plot_style_colour(style), plot_style_dash(style), plot_style_colour(style));
+    plot_style_add_marker(&mark, style, (double[]){12, 0}, marker_radius);
+    text_add(&mark, "\"/>");
+    char *finished = text_take(&mark);
+    double next = finished ? plot_key_print(svg, at[0], at[1], finished, name) : at[0];
+    svg->failed = svg->failed || !finished;
+    free(finished);
+    return next;
+}
 
 /* A method has one style in all panels: its place among the methods of the first scene, which all
  * scenes share. */
@@ -110,18 +123,12 @@ static void add_legend(struct text *svg, const struct work_precision *report, in
         return;
     for (size_t m = 0; m < list[0]->method_count; m++) {
         const char *name = list[0]->method[m].name;
-        char mark[256];
         double room = 40 + 9.0 * (double)strlen(name);
         if (x + room > width) {
             x = 18;
             y += KEY_ROW;
         }
-        snprintf(mark, sizeof mark,
-                 "<path d=\"M0 0H24\" stroke=\"%s\" stroke-width=\"2\"%s/>"
-                 "<circle cx=\"12\" r=\"3\" fill=\"%s\"/>",
-                 colours[m % COLOURS], m / COLOURS % DASHES ? " stroke-dasharray=\"5 3\"" : "",
-                 colours[m % COLOURS]);
-        x = plot_key_print(svg, x, y, mark, name);
+        x = add_key(svg, m, (double[]){x, y}, name);
     }
 }
 
@@ -190,7 +197,7 @@ static void add_curve(struct text *svg, const struct panel *panel,
                       const struct work_precision_method *method, size_t style)
 {
     const struct plot_axis *x = &panel->frame.x, *y = &panel->frame.y;
-    const char *colour = colours[style % COLOURS];
+    const char *colour = plot_style_colour(style);
     struct dot dot;
     size_t drawn = 0;
     struct text line = {0}, dots = {0};
@@ -202,19 +209,17 @@ static void add_curve(struct text *svg, const struct panel *panel,
         text_add(&dots, "<path d=\"");
         plot_add_point(&dots, 'M', px, plot_axis_pixel(y, dot.low));
         plot_add_point(&dots, 'L', px, plot_axis_pixel(y, dot.high));
-        text_add(&dots, "\" stroke=\"%s\"/><circle class=\"dot\" cx=\"", colour);
-        plot_add_pixel(&dots, px);
-        text_add(&dots, "\" cy=\"");
-        plot_add_pixel(&dots, py);
-        text_add(&dots, "\" r=\"3\" stroke=\"%s\" fill=\"%s\"/>\n", colour,
-                 dot.lost ? "#ffffff" : colour);
+        text_add(&dots, "\" stroke=\"%s\"/><path class=\"dot\" stroke=\"%s\" fill=\"%s\" d=\"",
+                 colour, colour, dot.lost ? "#ffffff" : colour);
+        plot_style_add_marker(&dots, style, (double[]){px, py}, marker_radius);
+        text_add(&dots, "\"/>\n");
     }
     char *path = text_take(&line), *marks = text_take(&dots);
     if (drawn > 1 && path)
         text_add(svg,
                  "<path class=\"curve\" d=\"%s\" fill=\"none\" stroke=\"%s\" "
-                 "stroke-width=\"1.5\"%s/>\n",
-                 path, colour, style / COLOURS % DASHES ? " stroke-dasharray=\"5 3\"" : "");
+                 "stroke-width=\"1.5\" stroke-dasharray=\"%s\"/>\n",
+                 path, colour, plot_style_dash(style));
     if (drawn > 0 && marks)
         text_add(svg, "%s", marks);
     svg->failed = svg->failed || !path || !marks;

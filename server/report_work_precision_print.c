@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * report_work_precision_print.c - the report as JSON, as CSV and as a table for people. */
 #include "report_machine.h"
+#include "report_run.h"
 #include "report_work_precision.h"
 #include "text.h"
 
@@ -10,24 +11,17 @@
 
 static void add_scene(struct text *json, const struct work_precision_result *result);
 
-static void add_member(struct text *json, const char *name, double value)
-{
-    text_add(json, "\"%s\":", name);
-    text_add_number(json, value);
-}
-
 char *work_precision_print_json(const struct work_precision *report)
 {
     struct text json = {0};
     char *machine = report_machine_json();
     bool first = true;
-    text_add(&json, "{\"machine\":%s,\"version\":\"%s\",\"result_version\":%d,",
+    text_add(&json, "{\"machine\":%s,\"version\":\"%s\",\"result_version\":%d",
              machine ? machine : "null", BCD_VERSION, BCD_RESULT_VERSION);
     json.failed = json.failed || !machine;
     free(machine);
-    add_member(&json, "core_seconds_per_entry", report->options.core_seconds);
-    text_add(&json, ",");
-    add_member(&json, "tolerance", WORK_PRECISION_TOLERANCE);
+    report_add_member(&json, "core_seconds_per_entry", report->options.core_seconds);
+    report_add_member(&json, "tolerance", WORK_PRECISION_TOLERANCE);
     text_add(&json, ",\"tolerance_of\":\"density_l1\",\"scenes\":[");
     for (size_t i = 0; i < WORK_PRECISION_SCENES; i++) {
         if (!report->result[i].scene)
@@ -44,25 +38,20 @@ char *work_precision_print_json(const struct work_precision *report)
 
 static void add_entry(struct text *json, const struct work_precision_entry *entry)
 {
-    text_add(json, "{\"method\":\"%s\",", entry->method);
-    add_member(json, "time_step", entry->time_step);
-    text_add(json, ",");
-    add_member(json, "cost", entry->cost);
-    for (int k = 0; k < WORK_PRECISION_KINDS; k++) {
-        text_add(json, ",");
-        add_member(json, work_precision_kind_name(k), entry->value[k].error);
-    }
+    text_add(json, "{\"method\":\"%s\"", entry->method);
+    report_add_member(json, "time_step", entry->time_step);
+    report_add_member(json, "cost", entry->cost);
+    for (int k = 0; k < WORK_PRECISION_KINDS; k++)
+        report_add_member(json, work_precision_kind_name(k), entry->value[k].error);
     text_add(json, ",\"stderr\":{");
     for (int k = 0; k < WORK_PRECISION_KINDS; k++) {
-        text_add(json, k ? "," : "");
-        add_member(json, work_precision_kind_name(k), entry->value[k].stderror);
+        text_add(json, "%s\"%s\":", k ? "," : "", work_precision_kind_name(k));
+        text_add_number(json, entry->value[k].stderror);
     }
-    text_add(json, "},");
-    add_member(json, "density_l1_noise", entry->density_noise);
-    text_add(json, ",");
-    add_member(json, "time", entry->time);
-    text_add(json, ",");
-    add_member(json, "drift_time", entry->drift_time);
+    text_add(json, "}");
+    report_add_member(json, "density_l1_noise", entry->density_noise);
+    report_add_member(json, "time", entry->time);
+    report_add_member(json, "drift_time", entry->drift_time);
     if (entry->reason[0]) {
         text_add(json, ",\"reason\":");
         text_add_json_string(json, entry->reason);
@@ -74,24 +63,17 @@ static void add_entry(struct text *json, const struct work_precision_entry *entr
     text_add(json, "}");
 }
 
-/* The scene's parameters alone: method, step and length of the run are each entry's own. */
+/* The job as the first entry ran it: another entry has its own method, step and time. */
 static void add_job(struct text *json, const struct work_precision_result *result)
 {
-    text_add(json,
-             "\"job\":{%s,\"initial\":\"equilibrium\",\"observables\":{\"density\":{\"bins\":%d},"
-             "\"energy\":{},\"contact_density\":{\"bins\":1,\"gap\":0.01}}},\"theory\":{",
-             result->scene->members, WORK_PRECISION_BINS);
-    add_member(json, "energy", result->energy);
-    text_add(json, ",");
-    add_member(json, "contact_density", result->contact);
-    text_add(json, "},\"drift\":{\"method\":\"strang\",");
-    add_member(json, "force", result->scene->drift_force);
-    text_add(json, ",");
-    add_member(json, "velocity", result->reference.velocity);
-    text_add(json, ",");
-    add_member(json, "stderr", result->reference.stderror);
-    text_add(json, ",");
-    add_member(json, "time_step", result->reference.time_step);
+    text_add(json, "\"job\":%s,\"theory\":{\"energy\":", result->job[0] ? result->job : "null");
+    text_add_number(json, result->energy);
+    report_add_member(json, "contact_density", result->contact);
+    text_add(json, "},\"drift\":{\"method\":\"strang\"");
+    report_add_member(json, "force", result->scene->drift_force);
+    report_add_member(json, "velocity", result->reference.velocity);
+    report_add_member(json, "stderr", result->reference.stderror);
+    report_add_member(json, "time_step", result->reference.time_step);
     if (result->reference.reason[0]) {
         text_add(json, ",\"reason\":");
         text_add_json_string(json, result->reference.reason);
@@ -103,11 +85,14 @@ static void add_orders(struct text *json, const struct work_precision_method *me
 {
     text_add(json, "\"%s\":{", method->name);
     for (int k = 0; k < WORK_PRECISION_KINDS; k++) {
-        text_add(json, "%s\"%s\":{", k ? "," : "", work_precision_kind_name(k));
-        add_member(json, "order", method->fit[k].order);
-        text_add(json, ",");
-        add_member(json, "stderr", method->fit[k].order_stderror);
-        text_add(json, ",\"points\":%zu}", method->fit[k].points);
+        const char *reason;
+        text_add(json, "%s\"%s\":{\"order\":", k ? "," : "", work_precision_kind_name(k));
+        text_add_number(json, work_precision_order(&method->fit[k], &reason));
+        report_add_member(json, "stderr", reason ? NAN : method->fit[k].order_stderror);
+        text_add(json, ",\"points\":%zu", method->fit[k].points);
+        if (reason)
+            text_add(json, ",\"reason\":\"%s\"", reason);
+        text_add(json, "}");
     }
     text_add(json, "}");
 }
@@ -123,6 +108,7 @@ static void add_list(struct text *json, const struct work_precision_result *resu
     text_add(json, ",\n\"%s\":{", names[list]);
     for (size_t i = 0; i < result->method_count; i++) {
         const struct work_precision_method *method = &result->method[i];
+        const char *reason;
         if ((method->count == 0) != (list == REFUSED))
             continue;
         text_add(json, first ? "" : ",");
@@ -133,9 +119,11 @@ static void add_list(struct text *json, const struct work_precision_result *resu
             text_add(json, "\"%s\":", method->name);
             text_add_json_string(json, list == HOW ? method->how : method->refused);
         } else {
-            add_member(json, method->name,
-                       list == ORDER ? method->fit[WORK_PRECISION_DENSITY].order
-                                     : method->cost_at_tolerance);
+            text_add(json, "\"%s\":", method->name);
+            text_add_number(
+                json, list == ORDER
+                          ? work_precision_order(&method->fit[WORK_PRECISION_DENSITY], &reason)
+                          : method->cost_at_tolerance);
         }
     }
     text_add(json, "}");
@@ -230,8 +218,9 @@ static void add_summary(struct text *text, const struct work_precision_result *r
             continue;
         }
         for (int k = 0; k < WORK_PRECISION_KINDS; k++) {
-            add_cell(text, method->fit[k].order, "%.2f", 8);
-            add_cell(text, method->fit[k].order_stderror, "%.2f", 5);
+            const char *reason;
+            add_cell(text, work_precision_order(&method->fit[k], &reason), "%.2f", 8);
+            add_cell(text, reason ? NAN : method->fit[k].order_stderror, "%.2f", 5);
         }
         add_cell(text, method->cost_at_tolerance, "%.2e", 11);
         text_add(text, "  %s\n", method->how);

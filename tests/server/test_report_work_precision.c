@@ -43,10 +43,47 @@ static void strang_is_nearer_than_bcd(void **state)
     assert_true(eb.error > 0.07 && eb.error < 0.15);
     double order = far->method[0].fit[WORK_PRECISION_ENERGY].order;
     assert_true(order > 0.3 && order < 1);
+    assert_non_null(strstr(near->job, "\"method\":\"strang\",\"realizations\":48,"));
+    assert_non_null(strstr(near->job, "\"initial\":\"equilibrium\",\"time_step\":"));
     for (int i = 0; i < 3; i++)
         assert_true(far->entry[i].cost > 0 && far->entry[i].density_noise > 0);
     free(strang);
     free(bcd);
+}
+
+/* Its own cost if it is within the tolerance and 2 standard errors; else how far it is off. */
+static void a_single_step_costs_what_it_did(void **state)
+{
+    struct work_precision_entry entry = {.method = "auto", .time_step = 1e-3, .cost = 100,
+                                         .density_noise = 0.001};
+    struct work_precision_method method = {.name = "auto", .count = 1};
+    (void)state;
+    entry.value[WORK_PRECISION_DENSITY] = (struct work_precision_value){0.0062, 0.0007};
+    work_precision_fit(&method, &entry);
+    assert_true(method.cost_at_tolerance == 100);
+    assert_string_equal(method.how, "measured");
+    entry.value[WORK_PRECISION_DENSITY].stderror = 0.0005;
+    work_precision_fit(&method, &entry);
+    assert_true(isnan(method.cost_at_tolerance));
+    assert_non_null(strstr(method.how, "L1 = 0.0062 at the automatic step"));
+}
+
+static void orders_that_tell_nothing_are_none(void **state)
+{
+    struct report_fit fit = {.order = 0.5, .order_stderror = 0.49, .points = 3};
+    const char *reason;
+    (void)state;
+    assert_true(work_precision_order(&fit, &reason) == 0.5);
+    assert_null(reason);
+    fit.order_stderror = 0.51;
+    assert_true(isnan(work_precision_order(&fit, &reason)));
+    assert_non_null(strstr(reason, "noise"));
+    fit = (struct report_fit){.order = -0.5, .order_stderror = 0.01, .points = 3};
+    assert_true(isnan(work_precision_order(&fit, &reason)));
+    assert_non_null(strstr(reason, "does not fall"));
+    fit.order = NAN;
+    assert_true(isnan(work_precision_order(&fit, &reason)));
+    assert_non_null(strstr(reason, "fewer than two"));
 }
 
 static void a_stop_is_heard(void **state)
@@ -76,6 +113,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(strang_is_nearer_than_bcd),
+        cmocka_unit_test(a_single_step_costs_what_it_did),
+        cmocka_unit_test(orders_that_tell_nothing_are_none),
         cmocka_unit_test(a_stop_is_heard),
         cmocka_unit_test(unknown_names_are_told),
     };
