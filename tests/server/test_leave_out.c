@@ -106,7 +106,8 @@ static double bytes_per_rod(size_t which, bool strang, const char *asks)
 
 /* bcd: y, half a block of 40 bytes, the displaced rods where forces need both. strang: y and the
  * sort's scratch; half a block where a drift varies in space, half way where no exact flow is
- * known, the view where density is asked for and not exact anyway. Nothing else grows with the rods. */
+ * known, the view where density is asked for and not exact anyway. Nothing else grows with the
+ * rods. */
 static void test_memory(void **state)
 {
     (void)state;
