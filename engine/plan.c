@@ -20,7 +20,8 @@ static const double steps_max = 1e15; /* counts stay exact in doubles */
 static const double chunk_rod_steps = 2e6; /* short realizations share a chunk of about this work */
 static const double sampling_share = 0.2; /* of the run time goes into static observables */
 /* BLOCKS of one realization: few and long, for neighbours in time are to be independent. */
-enum { PER_CHUNK_MAX = 64, BLOCKS = 8, SAMPLES_PER_BLOCK = 4, EQUILIBRIUM_PARTICLES_MAX = 20000 };
+enum { PER_CHUNK_MAX = 64, BLOCKS = 8, SAMPLES_PER_BLOCK = 4, EQUILIBRIUM_PARTICLES_MAX = 20000,
+       EQUILIBRIUM_BARRIER_MAX = 2500 };
 
 /* ------------------------------------------------------- geometry and field */
 
@@ -297,6 +298,12 @@ static void plan_initial(struct bcd_scene *scene, struct bcd_errors *errors)
         bcd_errors_add(errors, "/initial",
                        "\"equilibrium\" is drawn for at most %d particles, not %lld",
                        EQUILIBRIUM_PARTICLES_MAX, (long long)plan->particles);
+        return;
+    }
+    if (plan->barrier > EQUILIBRIUM_BARRIER_MAX * plan->temperature) {
+        bcd_errors_add(errors, "/initial",
+                       "\"equilibrium\" is drawn where the potential spans at most %d kT, not %.4g",
+                       EQUILIBRIUM_BARRIER_MAX, plan->barrier / plan->temperature);
         return;
     }
     struct theory_system system = equilibrium_system(plan);
