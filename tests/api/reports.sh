@@ -5,9 +5,9 @@
 . tests/api/_lib.sh
 WORK=/v1/reports/work-precision
 
-# until_measured [s]: waits for the report (100 s: it yields to everything else on the machine).
+# until_measured [s]: waits for the report (300 s: it yields to everything else on the machine).
 until_measured() {
-    end=$(($(date +%s) + ${1:-100}))
+    end=$(($(date +%s) + ${1:-300}))
     while ask GET $WORK && [ "$STATUS" = 202 ]; do
         [ "$(date +%s)" -lt "$end" ] || return 1
         sleep 0.05
@@ -154,6 +154,18 @@ check "are right" holds '.tried == 1 and .entries[0].verdict == "right" and
 "$B/bcd" report stability --only "kT = 0" --method bcd --json "$T/body" >"$T/table" 2>&1
 check "rods without noise lie still in their wells" holds '.failed == 0 and
     .entries[0].verdict == "right" and (.entries[0].off | fabs) < 1e-6'
+"$B/bcd" report stability --only "N = 1" --json "$T/body" >"$T/table" 2>&1
+check "one rod, by every method" test $? = 0
+check "is right by its error bars alone, and biased beyond them" holds '.tried >= 9 and all(.entries[];
+    .verdict == "refused" or .verdict == "ran" or (3 * .stderr + 1e-6 <= .bound and
+    (.off | fabs) <= .bound and (.verdict == "right") == ((.off | fabs) <= 3 * .stderr + 1e-6)))'
+"$B/bcd" report stability --only "sigma = 0.999" --method bcd --json "$T/body" >"$T/table" 2>&1
+check "a run too short to tell" test $? = 0
+check "does not count as right" holds '.entries[0] | (.verdict == "ran" and .time < 0.02 and
+    (.reason | contains("too short"))) or .verdict == "refused" or .time > 0.02'
+"$B/bcd" report stability --only "kT = 1e-9" --method metropolis --json "$T/body" >"$T/table" 2>&1
+check "nor is a chain that hardly moves too late" test $? = 0
+check "it ran, no more" holds '.entries[0].verdict | . == "ran" or . == "refused"'
 rm -f "$T/body"
 "$B/bcd" report stability --json "$T/body" >"$T/table" 2>&1 &
 PATIENT=$!

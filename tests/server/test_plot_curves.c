@@ -147,9 +147,33 @@ static void test_figure(void **state)
     free(svg);
 }
 
+/* Its marker as a piece of a path. */
+static char *print_marker(size_t style)
+{
+    struct text text = {0};
+    plot_style_add_marker(&text, style, (double[]){0, 0}, 10);
+    return text_take(&text);
+}
+
+static void each_style_has_its_own_look(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < PLOT_STYLES; i++) {
+        for (size_t k = 0; k < i; k++) {
+            char *marker = print_marker(i), *other = print_marker(k);
+            assert_string_not_equal(plot_style_colour(i), plot_style_colour(k));
+            assert_true(strcmp(marker, other) != 0 ||
+                        strcmp(plot_style_dash(i), plot_style_dash(k)) != 0);
+            free(marker);
+            free(other);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_style_has_its_own_look),
         cmocka_unit_test(test_series),
         cmocka_unit_test(test_crowd),
         cmocka_unit_test(test_awkward),
