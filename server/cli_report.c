@@ -58,10 +58,11 @@ static const struct cli_command reports[] = {
          "  drift    drift velocity under a force relative to a reference run of strang with a\n"
          "           quarter of its own step (there is no exact one), minus 1\n"
          "Below: the order in h of each, with its standard error, and the cost at L1 = 0.005.\n"
+         "A dash is what is lost in the noise, or is no order: the JSON has the reason.\n"
          "\n"
          "  --out DIR    work-precision.json, .csv and .svg go there\n"
          "  --json FILE  only the JSON\n"
-         "  --short      a tenth of the time: about a minute\n"
+         "  --short      a tenth of the time: a minute and a half\n"
          "  --full       ten times the time: more than an hour\n"
          "  --budget S   core seconds for the averages of one entry instead (default: 1.5)",
      .function = cli_report_work_precision},
