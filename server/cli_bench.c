@@ -1,95 +1,46 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli_bench.c - bcd bench: what a step costs, per rod and as a ratio to drawing its noise and
- * evaluating its force, for every method; then reduced scenes against loops written by hand
- * (cli_bench_leave_out.h). See cli.h. */
+ * evaluating its force, for every method from 10 to 10^7 rods (cli_bench_step.h); what a second
+ * worker gains (cli_bench_scaling.h), what observables cost (cli_bench_observables.h), and reduced
+ * scenes against loops written by hand (cli_bench_leave_out.h). See cli.h. */
 #include "cli_bench_leave_out.h"
-#include "bench_turns.h"
+#include "cli_bench_observables.h"
+#include "cli_bench_scaling.h"
+#include "cli_bench_step.h"
 #include "cli.h"
-#include "scene_json.h"
+#include "report_machine.h"
+#include "report_run.h"
 #include "text.h"
 
 #include <math.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/utsname.h>
-#include <unistd.h>
 
-struct bench_scene {
-    const char *name, *members; /* what makes the scene */
-    int length_per_rod;
+/* ------------------------------------------------------------------- steps */
+
+static const int64_t sizes[] = {10, 100, 1000, 10000, 100000, 1000000, 10000000};
+
+enum {
+    SIZES = sizeof sizes / sizeof *sizes,
+    LONG_SIZE = 100000,    /* larger ones for the methods that `auto` may choose and bcd */
+    LARGEST_SIZE = 10000000,
 };
 
-static const struct bench_scene scenes[] = {
-    {"free", "\"time_step\":1e-4,\"diameter\":0.5", 2},
-    {"sparse",
-     "\"time_step\":1e-4,\"diameter\":0.5,\"potential\":{\"type\":\"cosine\",\"amplitude\":6}", 2},
-    {"dense",
-     "\"time_step\":1e-4,\"diameter\":0.99,\"potential\":{\"type\":\"cosine\",\"amplitude\":6}", 1},
-    {"sticky",
-     "\"time_step\":1e-5,\"diameter\":0.5,"
-     "\"potential\":{\"type\":\"cosine\",\"amplitude\":6},\"interaction\":"
-     "{\"type\":\"sticky\",\"strength\":1,\"range\":0.05,\"exponent\":3}",
-     2},
-};
-static const int64_t sizes[] = {10, 1000, 100000};
-
-enum { SIZES = sizeof sizes / sizeof *sizes };
-
-static struct bcd_scene *make(const struct bench_scene *scene, const char *method, int64_t n)
+/* How far a method is measured: those meant for work up to the largest size, those of the papers as
+ * far as they go, the others at every second size. */
+static bool wanted(const char *method, size_t size)
 {
-    struct text job = {0};
-    struct bcd_scene *made = NULL;
-    struct bcd_errors errors = {0};
-    text_add(&job,
-             "{\"particles\":%lld,\"length\":%lld,%s,\"method\":\"%s\",\"time\":1e5,"
-             "\"observables\":{\"current\":{}}}",
-             (long long)n, (long long)n * scene->length_per_rod, scene->members, method);
-    char *text = text_take(&job);
-    if (text && scene_json_parse(text, strlen(text), &made, &errors) != BCD_OK)
-        made = NULL;
-    free(text);
-    return made;
-}
-
-/* Noise and force alone. */
-struct floor_work {
-    double *y;
-    int64_t n;
-};
-
-static bool advance_floor(void *context, int64_t ticks)
-{
-    struct floor_work *work = context;
-    bcd_baseline_noise_and_force(work->y, work->n, ticks);
-    return true;
-}
-
-static bool advance_run(void *context, int64_t ticks)
-{
-    return bcd_run_advance(context, ticks, NULL) == BCD_OK;
-}
-
-static enum bench_outcome measure(const struct bcd_scene *scene, int64_t n,
-                                  struct bench_timing *timing)
-{
-    struct floor_work least = {calloc((size_t)n, sizeof(double)), n};
-    struct bcd_run *run = NULL;
-    enum bench_outcome outcome = BENCH_FAILED;
-    if (least.y && bcd_run_create(&run, scene, 0, NULL) == BCD_OK)
-        outcome = bench_turns((struct bench_work[]){{advance_floor, &least}, {advance_run, run}},
-                              timing);
-    bcd_run_free(run);
-    free(least.y);
-    return outcome;
-}
-
-static const char *method_name(size_t index)
-{
-    for (const struct bcd_param *row = bcd_job_params(); row->name; row++)
-        if (strcmp(row->name, "method") == 0)
-            return row->choice(index);
-    return NULL;
+    static const char *const working[] = {"bcd", "strang", "elastic", "lm"};
+    static const char *const published[] = {"bcd_premerging", "bcd_chronological"};
+    for (size_t i = 0; i < sizeof working / sizeof *working; i++)
+        if (strcmp(method, working[i]) == 0)
+            return true;
+    for (size_t i = 0; i < sizeof published / sizeof *published; i++)
+        if (strcmp(method, published[i]) == 0)
+            return sizes[size] <= LONG_SIZE;
+    return sizes[size] <= LONG_SIZE && size % 2 == 0;
 }
 
 static void add_separator(struct text *json)
@@ -97,52 +48,218 @@ static void add_separator(struct text *json)
     text_add(json, "%s\n", json->size && json->bytes[json->size - 1] == '[' ? "" : ",");
 }
 
-/* One line of the table and one entry of the JSON. */
-static void add_entry(struct text *json, const struct bench_scene *bench, const char *method,
-                      int64_t n, const struct bench_timing *timing)
+/* A number that may be unknown. */
+static void add_number(struct text *json, const char *name, double value)
 {
-    double ns = timing->ns[1] / (double)n;
-    printf("%-8s %-18s %9lld %10.2f %10.2f\n", bench->name, method, (long long)n, ns,
-           timing->ratio);
+    if (isfinite(value))
+        text_add(json, ",\"%s\":%.4g", name, value);
+    else
+        text_add(json, ",\"%s\":null", name);
+}
+
+/* One line of the table and one entry of the JSON. */
+static void add_entry(struct text *json, const struct bench_case *which,
+                      const struct bench_step *step)
+{
+    const struct bench_timing *timing = &step->timing;
+    double ns = bench_step_ns(which, step, 1), n = (double)which->particles;
+    bool tells = n >= 1e4; /* pages are too large for less */
+    printf("%-8s %-18s %9lld %9.2f %6.2f %8.2f %9.1f", which->scene, which->method,
+           (long long)which->particles, ns, timing->ns_stderr[1] / n, timing->ratio,
+           step->bytes_per_rod);
+    if (tells && isfinite(step->peak_bytes_per_rod))
+        printf(" %9.1f\n", step->peak_bytes_per_rod);
+    else
+        printf(" %9s\n", "-");
+    fflush(stdout);
     add_separator(json);
     text_add(json,
              "{\"scene\":\"%s\",\"method\":\"%s\",\"particles\":%lld,\"realizations\":1,"
-             "\"threads\":1,\"ns_per_particle_step\":%.4g,\"ratio_to_noise_and_force\":%.4g}",
-             bench->name, method, (long long)n, ns, timing->ratio);
+             "\"threads\":1,\"warm_steps\":%lld",
+             which->scene, which->method, (long long)which->particles,
+             (long long)step->warm_steps);
+    add_number(json, "ns_per_particle_step", ns);
+    add_number(json, "ns_stderr", timing->ns_stderr[1] / n);
+    add_number(json, "ratio_to_noise_and_force", timing->ratio);
+    add_number(json, "ratio_stderr", timing->ratio_stderr);
+    add_number(json, "noise_and_force_ns", timing->ns[0] / n);
+    add_number(json, "bytes_per_particle", step->bytes_per_rod);
+    add_number(json, "peak_bytes_per_particle", tells ? step->peak_bytes_per_rod : NAN);
+    text_add(json, "}");
 }
 
-/* ns of a tick of the next size, as the last two sizes let expect. */
-static double expected(const double *tick, size_t size)
+/* Of one scene and method: ns of a tick and ratio to the floor at each size; 0 = not measured. */
+struct sweep {
+    double tick[SIZES], ratio[SIZES];
+};
+
+/* ns of a tick of the next size, if it grows as it did between the last two, or linearly. */
+static double expected(const struct sweep *sweep, size_t size)
 {
-    if (size < 2)
+    size_t last = size;
+    while (last > 0 && sweep->tick[last - 1] == 0)
+        last--;
+    size_t before = last > 0 ? last - 1 : 0;
+    while (before > 0 && sweep->tick[before - 1] == 0)
+        before--;
+    if (last == 0)
         return 0;
-    double grown = (double)sizes[size - 1] / (double)sizes[size - 2];
-    double power = log(tick[size - 1] / tick[size - 2]) / log(grown);
-    return tick[size - 1] * pow((double)sizes[size] / (double)sizes[size - 1], power);
+    double power = before == 0 ? 1
+                               : log(sweep->tick[last - 1] / sweep->tick[before - 1]) /
+                                     log((double)sizes[last - 1] / (double)sizes[before - 1]);
+    return sweep->tick[last - 1] * pow((double)sizes[size] / (double)sizes[last - 1], power);
 }
 
-/* All sizes of one scene and method; a method that refuses the scene has none. false = failed. */
-static bool add_sizes(struct text *json, const struct bench_scene *bench, const char *method)
+/* All sizes of one scene and method; a method that refuses the scene has none. */
+static enum bench_outcome measure_sizes(struct text *json, const char *scene, const char *method,
+                                        struct sweep *sweep)
 {
-    double tick[SIZES] = {0};
+    const struct bench_effort brief = {2e7, 3};
     enum bench_outcome outcome = BENCH_DONE;
+    *sweep = (struct sweep){0};
     for (size_t i = 0; i < SIZES && outcome == BENCH_DONE; i++) {
-        struct bench_timing timing = {.ns = {0, expected(tick, i)}};
-        struct bcd_scene *scene = make(bench, method, sizes[i]);
-        if (!scene)
-            return true;
-        outcome = timing.ns[1] > BENCH_TICK_NS_MAX ? BENCH_TOO_SLOW
-                                                   : measure(scene, sizes[i], &timing);
-        bcd_scene_free(scene);
-        tick[i] = timing.ns[1];
-        if (outcome == BENCH_DONE)
-            add_entry(json, bench, method, sizes[i], &timing);
-        else if (outcome == BENCH_TOO_SLOW)
-            printf("%-8s %-18s %9lld  left out: a step takes about %.2g s\n", bench->name, method,
-                   (long long)sizes[i], 1e-9 * tick[i]);
-        fflush(stdout);
+        const struct bench_case which = {scene, method, sizes[i]};
+        struct bench_step step = {.timing.ns[1] = expected(sweep, i)};
+        if (!wanted(method, i))
+            continue;
+        if (step.timing.ns[1] > BENCH_TICK_NS_MAX)
+            outcome = BENCH_TOO_SLOW;
+        else
+            outcome = bench_step_measure(&which, sizes[i] < LARGEST_SIZE ? &bench_usual : &brief,
+                                         &step);
+        if (outcome == BENCH_DONE) {
+            sweep->tick[i] = step.timing.ns[1];
+            sweep->ratio[i] = step.timing.ratio;
+            add_entry(json, &which, &step);
+        } else if (outcome == BENCH_TOO_SLOW) {
+            printf("%-8s %-18s %9lld  left out: a step takes about %.2g s\n", scene, method,
+                   (long long)sizes[i], 1e-9 * step.timing.ns[1]);
+        }
     }
-    return outcome != BENCH_FAILED;
+    return outcome;
+}
+
+/* The power of N with which a step's time grows, between 1000 rods and the most; NaN = unknown. */
+static double growth(const struct sweep *sweep)
+{
+    size_t first = 0, last = SIZES - 1;
+    while (sizes[first] < 1000)
+        first++;
+    while (last > first && sweep->tick[last] == 0)
+        last--;
+    if (last == first || sweep->tick[first] == 0)
+        return NAN;
+    return log(sweep->tick[last] / sweep->tick[first]) /
+           log((double)sizes[last] / (double)sizes[first]);
+}
+
+static void add_growth(struct text *json, const char *scene, const char *method,
+                       const struct sweep *sweep)
+{
+    if (!isfinite(growth(sweep)))
+        return;
+    add_separator(json);
+    text_add(json, "{\"scene\":\"%s\",\"method\":\"%s\"", scene, method);
+    add_number(json, "exponent", growth(sweep));
+    text_add(json, "}");
+    printf("%-8s %-18s a step's time grows as N^%.3f\n", scene, method, growth(sweep));
+}
+
+/* How many times faster bcd is than its published forms, by the ratios to the same floor. */
+static void add_published(struct text *json, const char *scene, const char *method,
+                          const struct sweep sweeps[2])
+{
+    for (size_t i = 0; i < SIZES; i++) {
+        if (sweeps[0].ratio[i] == 0 || sweeps[1].ratio[i] == 0)
+            continue;
+        double times = sweeps[1].ratio[i] / sweeps[0].ratio[i];
+        printf("%-8s %-18s %9lld %9.2f times the cost of bcd\n", scene, method,
+               (long long)sizes[i], times);
+        add_separator(json);
+        text_add(json, "{\"scene\":\"%s\",\"method\":\"%s\",\"particles\":%lld", scene, method,
+                 (long long)sizes[i]);
+        add_number(json, "ratio_to_bcd", times);
+        text_add(json, "}");
+    }
+}
+
+/* The sections of the JSON. */
+struct sections {
+    struct text entries, growth, published;
+};
+
+static bool measure_scene(struct sections *sections, const char *scene)
+{
+    bool good = true;
+    struct sweep sweeps[2] = {0}; /* bcd, and the method at hand */
+    printf("%-8s %-18s %9s %9s %6s %8s %9s %9s\n", "scene", "method", "particles", "ns/rod", "+-",
+           "ratio", "bytes/rod", "peak");
+    for (size_t m = 1; report_run_method(m); m++) {
+        const char *method = report_run_method(m);
+        good = measure_sizes(&sections->entries, scene, method, &sweeps[1]) != BENCH_FAILED && good;
+        add_growth(&sections->growth, scene, method, &sweeps[1]);
+        if (strcmp(method, "bcd") == 0)
+            sweeps[0] = sweeps[1];
+        else if (strncmp(method, "bcd_", 4) == 0)
+            add_published(&sections->published, scene, method, sweeps);
+    }
+    return good;
+}
+
+/* --------------------------------------------------------------- two workers */
+
+static bool measure_scaling(struct text *json)
+{
+    struct bench_scaling s;
+    if (bench_scaling_measure(&s) != BENCH_DONE)
+        return false;
+    printf("\ntwo workers, %lld chunks of bcd, sparse, %lld rods: %.3f s and %.3f s, %.2f times as "
+           "fast\n(%.2f if none ever waited; others kept %.2f cores busy meanwhile)\n",
+           (long long)s.chunks, (long long)s.particles, s.seconds[0], s.seconds[1], s.speedup,
+           s.possible, s.others);
+    add_separator(json);
+    text_add(json,
+             "{\"scene\":\"sparse\",\"method\":\"bcd\",\"particles\":%lld,"
+             "\"realizations\":%lld,\"chunks\":%lld,\"threads\":2",
+             (long long)s.particles, (long long)s.realizations, (long long)s.chunks);
+    add_number(json, "seconds_one_worker", s.seconds[0]);
+    add_number(json, "seconds_two_workers", s.seconds[1]);
+    add_number(json, "core_seconds_one_worker", s.core_seconds[0]);
+    add_number(json, "core_seconds_two_workers", s.core_seconds[1]);
+    add_number(json, "speedup", s.speedup);
+    add_number(json, "speedup_without_waiting", s.possible);
+    add_number(json, "cores_used_by_others", s.others);
+    text_add(json, "}");
+    return true;
+}
+
+/* -------------------------------------------------------------- observables */
+
+static bool measure_observables(struct text *json)
+{
+    static const int64_t rods[] = {16, 1000};
+    static const char *const methods[] = {"strang", "bcd"};
+    bool good = true;
+    printf("\nsparse, one observable at its default sampling\n%-8s %-18s %9s %9s %9s\n", "method",
+           "observable", "particles", "ns/rod", "cost");
+    for (size_t m = 0; m < 2; m++)
+        for (size_t r = 0; r < 2; r++)
+            for (size_t o = 0; bench_observable_name(o); o++) {
+                struct bench_timing t = {0};
+                enum bench_outcome outcome =
+                    bench_observable_measure(o, methods[m], rods[r], &t);
+                good = good && outcome == BENCH_DONE;
+                printf("%-8s %-18s %9lld %9.2f %7.1f %%\n", methods[m], bench_observable_name(o),
+                       (long long)rods[r], t.ns[1] / (double)rods[r], 100 * (t.ratio - 1));
+                fflush(stdout);
+                add_separator(json);
+                text_add(json, "{\"method\":\"%s\",\"observable\":\"%s\",\"particles\":%lld",
+                         methods[m], bench_observable_name(o), (long long)rods[r]);
+                add_number(json, "share_of_stepping", t.ratio - 1);
+                add_number(json, "share_stderr", t.ratio_stderr);
+                text_add(json, "}");
+            }
+    return good;
 }
 
 /* --------------------------------------------------------------- leave out */
@@ -194,24 +311,54 @@ static int write_file(const char *path, const char *text)
     return written ? CLI_OK : CLI_FAILED;
 }
 
+/* Everything that is timed by processor time stays on the core it is on. */
+static void pin(cpu_set_t *before)
+{
+    cpu_set_t one;
+    int core = sched_getcpu();
+    CPU_ZERO(before);
+    CPU_ZERO(&one);
+    CPU_SET(core < 0 ? 0 : core, &one);
+    if (sched_getaffinity(0, sizeof *before, before) == 0)
+        sched_setaffinity(0, sizeof one, &one);
+}
+
+static void add_section(struct text *json, const char *name, struct text *section)
+{
+    char *items = text_take(section);
+    text_add(json, ",\n\"%s\":%s\n]", name, items ? items : "[");
+    json->failed = json->failed || !items;
+    free(items);
+}
+
 int cli_bench(const struct cli_command *self, int argc, char **argv)
 {
     const char *path = argc == 3 && strcmp(argv[1], "--json") == 0 ? argv[2] : NULL;
     if (argc != 1 && !path)
         return cli_wrong(self, "only --json FILE is known");
-    struct utsname machine;
-    struct text json = {0};
-    uname(&machine);
-    text_add(&json, "{\"machine\":{\"architecture\":\"%s\",\"cores\":%ld},\"entries\":[",
-             machine.machine, sysconf(_SC_NPROCESSORS_ONLN));
-    printf("%-8s %-18s %9s %10s %10s\n", "scene", "method", "particles", "ns/rod", "ratio");
+    struct sections steps = {0};
+    struct text scaling = {0}, observables = {0}, leave_out = {0}, json = {0};
+    struct text *const sections[] = {&steps.entries, &steps.growth, &steps.published,
+                                     &scaling,       &observables,  &leave_out};
+    static const char *const names[] = {"entries",     "growth",    "published", "scaling",
+                                        "observables", "leave_out"};
+    cpu_set_t all;
     bool good = true;
-    for (size_t s = 0; s < sizeof scenes / sizeof *scenes; s++)
-        for (size_t m = 1; method_name(m); m++)
-            good = add_sizes(&json, &scenes[s], method_name(m)) && good;
-    text_add(&json, "\n],\n\"leave_out\":[");
-    good = leave_out_all(&json) && good;
-    text_add(&json, "\n]}\n");
+    for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
+        text_add(sections[i], "[");
+    pin(&all);
+    for (size_t s = 0; bench_scene_name(s); s++)
+        good = measure_scene(&steps, bench_scene_name(s)) && good;
+    good = measure_observables(&observables) && good;
+    good = leave_out_all(&leave_out) && good;
+    sched_setaffinity(0, sizeof all, &all);
+    good = measure_scaling(&scaling) && good;
+    char *machine = report_machine_json();
+    text_add(&json, "{\"machine\":%s", machine ? machine : "{}");
+    free(machine);
+    for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
+        add_section(&json, names[i], sections[i]);
+    text_add(&json, "}\n");
     char *text = text_take(&json);
     int status = !text ? CLI_FAILED : path ? write_file(path, text) : CLI_OK;
     free(text);

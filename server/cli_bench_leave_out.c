@@ -77,7 +77,7 @@ enum bench_outcome leave_out_measure(size_t which, bool strang, int64_t n,
         result->bytes[0] = (double)bcd_baseline_bytes(loop) / (double)n;
         result->bytes[1] = moving / (double)n;
         outcome = bench_turns((struct bench_work[]){{advance_loop, loop}, {advance_run, run}},
-                              &result->timing);
+                              &bench_careful, &result->timing);
     }
     bcd_run_free(run);
     bcd_baseline_free(loop);

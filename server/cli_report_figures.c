@@ -6,6 +6,7 @@
 #include "cli_report.h"
 #include "cli_report_force.h"
 #include "cli_report_msd.h"
+#include "cli_report_run_time.h"
 #include "cli_report_scenes.h"
 #include "cli_simulate.h"
 #include "limits.h"
@@ -59,7 +60,7 @@ static int parse_options(const struct cli_command *self, int argc, char **argv,
                          struct options *options);
 static int print_jobs(const struct options *options);
 static bool wanted(const struct report_scene *scene, const struct options *options);
-static bool force_wanted(const struct options *options);
+static bool figure_wanted(const struct options *options, const char *name);
 static int make_directory(const char *path);
 static int report_all(struct report *report);
 
@@ -77,7 +78,8 @@ int cli_report_figures(const struct cli_command *self, int argc, char **argv)
     report->options = &options;
     for (size_t i = 0; report_scene(i); i++)
         report->scenes += wanted(report_scene(i), &options);
-    if (report->scenes == 0 && !force_wanted(&options))
+    if (report->scenes == 0 && !figure_wanted(&options, FORCE_NAME) &&
+        !figure_wanted(&options, RUN_TIME_NAME))
         status = cli_wrong(self, "no scene's name contains \"%s\"", options.only);
     else if (options.jobs)
         status = print_jobs(&options);
@@ -152,9 +154,9 @@ static bool wanted(const struct report_scene *scene, const struct options *optio
     return !options->only || strstr(name, options->only);
 }
 
-static bool force_wanted(const struct options *options)
+static bool figure_wanted(const struct options *options, const char *name)
 {
-    return !options->only || strstr(FORCE_NAME, options->only);
+    return !options->only || strstr(name, options->only);
 }
 
 /* ------------------------------------------------------------------- files */
@@ -428,6 +430,22 @@ static int report_force(const struct report *report)
     return status;
 }
 
+/* Fig. 6 of 2024 measures times. */
+static int report_run_time(const struct report *report)
+{
+    struct run_time_figure figure;
+    int status = CLI_FAILED;
+    if (run_time_figure_init(&figure)) {
+        status =
+            write_take(report->options, RUN_TIME_NAME ".svg", run_time_figure_print(&figure));
+        if (status == CLI_OK)
+            status =
+                write_take(report->options, RUN_TIME_NAME ".csv", run_time_figure_csv(&figure));
+    }
+    run_time_figure_fini(&figure);
+    return status;
+}
+
 /* Draws what there is of the figure. Panels came scene by scene; a row shows one observable. */
 static int draw_sheet(const struct report *report, const struct sheet *sheet)
 {
@@ -559,8 +577,10 @@ static int report_all(struct report *report)
             status = draw_sheet(report, &report->sheet);
         clear_sheet(&report->sheet);
     }
-    if (status == CLI_OK && force_wanted(report->options))
+    if (status == CLI_OK && figure_wanted(report->options, FORCE_NAME))
         status = report_force(report);
+    if (status == CLI_OK && figure_wanted(report->options, RUN_TIME_NAME))
+        status = report_run_time(report);
     if (status == CLI_OK && report->scenes > 0)
         status = write_take(report->options, "2022-figures.csv", text_take(&report->summary));
     if (status == CLI_OK)
