@@ -13,6 +13,8 @@
 
 #include <cmocka.h>
 
+enum { CORE_SECONDS_MAX = 20 };
+
 /* The scene with a step given as text; NULL = refused. */
 static struct bcd_scene *make(const struct coverage_scene *scene, const char *method,
                               const char *step, int realizations)
@@ -77,6 +79,13 @@ void coverage_add(struct coverage *coverage, const struct coverage_scene *scene,
     made = make(scene, method, step, realizations);
     if (!made)
         return;
+    struct bcd_estimate estimate;
+    bcd_scene_estimate(made, &estimate);
+    if (estimate.core_seconds > CORE_SECONDS_MAX) {
+        printf("# %s: left out, takes %.0f s\n", what, estimate.core_seconds);
+        bcd_scene_free(made);
+        return;
+    }
     struct experiment e = experiment_run(made, 0);
     for (size_t i = 0; bcd_scene_part(e.scene, BCD_SLOT_OBSERVABLE, i); i++) {
         struct bcd_table *t = experiment_table(
