@@ -47,49 +47,94 @@ static bool top_ends_at(const struct stack *s, int64_t i)
     return s->count > 0 && s->blocks[s->count - 1].last == i;
 }
 
-/* Rods i and i+1 are out of order: pool them and whatever follows from it. */
-static void pool_from(const double *y, int64_t n, int64_t i, struct stack *s)
+/* The left neighbour joins b: rod b->first - 1 alone, or the stack's top that ends there. */
+static inline void take_left(struct isotonic_block *b, const double *y, struct stack *s)
 {
-    struct isotonic_block next = single(y, i + 1);
-    struct isotonic_block b = top_ends_at(s, i) ? s->blocks[--s->count] : single(y, i);
-    absorb_right(&b, &next);
-    for (;;) {
-        while (b.last + 1 < n && b.mean >= y[b.last + 1]) {
-            next = single(y, b.last + 1);
-            absorb_right(&b, &next);
-        }
-        if (b.first == 0)
-            break;
-        bool pooled = top_ends_at(s, b.first - 1);
-        struct isotonic_block left =
-            pooled ? s->blocks[s->count - 1] : single(y, b.first - 1);
-        if (left.mean < b.mean)
-            break;
-        s->count -= pooled;
-        absorb_left(&b, &left);
+    if (!top_ends_at(s, b->first - 1)) {
+        b->first--;
+        b->sum += y[b->first] - b->base;
+        return;
     }
+    const struct isotonic_block *a = &s->blocks[--s->count];
+    b->sum += a->sum + count_of(a) * (a->base - b->base);
+    b->first = a->first;
+}
+
+/* Rods i and i+1 are out of order: pool them and whatever follows from it. A mean is compared
+ * without dividing, as sum against count times the other's distance from base; what these
+ * comparisons leave apart is judged again by the rounded means, whose order is what counts.
+ * y at a block's last rod holds its mean, so that whatever lies left of a rod is found there. */
+static void pool_from(double *y, int64_t n, int64_t i, struct stack *s)
+{
+    struct isotonic_block b = {.first = i + 1, .last = i + 1, .base = y[i + 1]};
+    take_left(&b, y, s);
+    double count = count_of(&b);
+    for (bool apart = false; !apart;) {
+        bool grown;
+        do {
+            while (b.last + 1 < n && b.sum >= count * (y[b.last + 1] - b.base)) {
+                b.sum += y[++b.last] - b.base;
+                count++;
+            }
+            grown = false;
+            while (b.first > 0 && b.sum <= count * (y[b.first - 1] - b.base)) {
+                take_left(&b, y, s);
+                count = count_of(&b);
+                grown = true;
+            }
+        } while (grown);
+        b.mean = b.base + b.sum / count;
+        apart = true;
+        if (b.last + 1 < n && b.mean >= y[b.last + 1]) {
+            b.sum += y[++b.last] - b.base;
+            apart = false;
+        }
+        if (b.first > 0 && y[b.first - 1] >= b.mean) {
+            take_left(&b, y, s);
+            apart = false;
+        }
+        count = count_of(&b);
+    }
+    y[b.last] = b.mean;
     s->blocks[s->count++] = b;
 }
 
-static void pool_line(const double *y, int64_t n, struct stack *s)
+/* The first rod from i on that is not behind its right neighbour; n - 1 when there is none. Eight
+ * at a time: which of them it is, is computed and not guessed. */
+static inline int64_t next_violation(const double *y, int64_t n, int64_t i)
 {
-    int64_t i = 0;
+    for (; i + 8 < n; i += 8) {
+        unsigned bad = 0;
+        for (int j = 0; j < 8; j++)
+            bad |= (unsigned)(y[i + j] >= y[i + j + 1]) << j;
+        if (bad)
+            return i + __builtin_ctz(bad);
+    }
+    while (i + 1 < n && y[i] < y[i + 1])
+        i++;
+    return i;
+}
+
+static void pool_line(double *y, int64_t n, struct stack *s)
+{
+    int64_t i = next_violation(y, n, 0);
     while (i + 1 < n) {
-        if (y[i] < y[i + 1]) {
-            i++;
-            continue;
-        }
         pool_from(y, n, i, s);
-        i = s->blocks[s->count - 1].last + 1;
         /* The rod after a block lies beyond its mean: pool_from saw to that. */
+        i = next_violation(y, n, s->blocks[s->count - 1].last + 1);
     }
 }
 
+/* Most blocks are of four rods at most: written without a loop, whose length is hard to foresee. */
 static void write_blocks(double *y, const struct isotonic_block *blocks, int64_t count)
 {
-    for (int64_t k = 0; k < count; k++)
-        for (int64_t i = blocks[k].first; i <= blocks[k].last; i++)
-            y[i] = blocks[k].mean;
+    for (int64_t k = 0; k < count; k++) {
+        const int64_t first = blocks[k].first, last = blocks[k].last;
+        const double mean = blocks[k].mean;
+        y[first] = y[first + 1] = y[last - 1] = y[last] = mean;
+        for (int64_t i = first + 2; i < last - 1; i++)
+            y[i] = mean;
+    }
 }
 
 /* The block across the seam: rods first .. n-1 and 0 .. head (seen at y + ell). The blocks low ..

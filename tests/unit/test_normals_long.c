@@ -239,8 +239,11 @@ static void test_pairs(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_moments), cmocka_unit_test(test_kolmogorov_smirnov),
-        cmocka_unit_test(test_fine_bins), cmocka_unit_test(test_tails), cmocka_unit_test(test_pairs),
+        cmocka_unit_test(test_moments),
+        cmocka_unit_test(test_kolmogorov_smirnov),
+        cmocka_unit_test(test_fine_bins),
+        cmocka_unit_test(test_tails),
+        cmocka_unit_test(test_pairs),
     };
     return cmocka_run_group_tests(tests, draw, forget);
 }
