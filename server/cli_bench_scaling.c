@@ -23,7 +23,7 @@ static struct bcd_scene *make(void)
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
     text_add(&job,
-             "%s,\"time\":0.2,\"realizations\":%d,\"observables\":{\"density\":{\"bins\":50}}}",
+             "%s,\"time\":0.4,\"realizations\":%d,\"observables\":{\"density\":{\"bins\":50}}}",
              members ? members : "", REALIZATIONS);
     char *text = text_take(&job);
     if (members && text && scene_json_parse(text, strlen(text), &scene, &errors) != BCD_OK)

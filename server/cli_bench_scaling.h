@@ -19,7 +19,7 @@ struct bench_scaling {
     double others;          /* cores that others kept busy meanwhile; NaN = not to be had */
 };
 
-/* Three turns, each about three seconds of a core. FAILED: words are on stderr. */
+/* Three turns, each about four seconds of a core. FAILED: words are on stderr. */
 enum bench_outcome bench_scaling_measure(struct bench_scaling *result);
 
 #endif

@@ -12,12 +12,15 @@ static const struct cli_command reports[] = {
     {.name = "report figures",
      .usage = "[--out DIR] [--only TEXT] [--full] [--method M] [--workers N] [--quiet] [--jobs]",
      .doc =
-         "simulates Figs. 3 to 6 of the 2022 paper and Fig. 7 of the 2024 one, beside theory\n"
+         "simulates Figs. 3 to 6 of the 2022 paper, Figs. 6 and 7 of the 2024 one, beside theory\n"
          "Density and contact density of hard rods (Figs. 3, 4), both of sticky rods (Fig. 6), "
          "their\n"
          "attraction (Fig. 5, computed); doi 10.1103/PhysRevE.106.054606. Displacements of sticky "
          "rods\n"
-         "in wells (Fig. 7 of doi 10.1016/j.cpc.2024.109474; method auto). Each figure becomes a\n"
+         "in wells (Fig. 7 of doi 10.1016/j.cpc.2024.109474; method auto). Run time against N of "
+         "the\n"
+         "published methods, bcd and strang (its Fig. 6; timed here on one core). Each figure "
+         "becomes a\n"
          "picture (SVG), each panel a table (CSV) in DIR. Printed, and kept in 2022-figures.csv, "
          "are\n"
          "for each panel:\n"
