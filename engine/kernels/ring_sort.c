@@ -2,11 +2,20 @@
  * ring_sort.c - see ring_sort.h. */
 #include "ring_sort.h"
 
+#include "simd.h"
+
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
+#ifdef __x86_64__
+#include <emmintrin.h>
+#endif
 
-enum { MOVES_PER_ROD = 16 }; /* more: merging is cheaper than insertion */
+enum {
+    MOVES_PER_ROD = 16, /* more: merging is cheaper than insertion */
+    WINDOW = 5,         /* places that a rod moves without a branch to be guessed */
+    CROSSINGS = 5,      /* one pair in so many out of order: the window pays */
+};
 
 /* Insertion sort: few rods cross in a step. False, with y a permutation, when it gives up. */
 static bool sort_by_insertion(double *y, int64_t n)
@@ -25,6 +34,56 @@ static bool sort_by_insertion(double *y, int64_t n)
             return false;
     }
     return true;
+}
+
+/* Pairs of neighbours out of order. */
+KERNEL_CLONES
+static int64_t count_crossed(const double *y, int64_t n)
+{
+    int64_t crossed = 0;
+    for (int64_t i = 0; i + 1 < n; i++)
+        crossed += y[i] > y[i + 1];
+    return crossed;
+}
+
+/* One instruction each; compilers make branches of the plain form, which cost several times more.
+ * Where neither is larger, NaN included, larger(a, b) is b and smaller(b, a) is a. */
+static inline double larger(double a, double b)
+{
+#ifdef __x86_64__
+    return _mm_cvtsd_f64(_mm_max_sd(_mm_set_sd(a), _mm_set_sd(b)));
+#else
+    return a > b ? a : b;
+#endif
+}
+
+static inline double smaller(double a, double b)
+{
+#ifdef __x86_64__
+    return _mm_cvtsd_f64(_mm_min_sd(_mm_set_sd(a), _mm_set_sd(b)));
+#else
+    return a < b ? a : b;
+#endif
+}
+
+/* Almost sorts: a window of rods in order moves along the line, takes in the next one and leaves
+ * its smallest behind. Only those that must go further than the window is long are left over.
+ * Always a permutation, whatever y holds. */
+static void sort_by_window(double *y, int64_t n)
+{
+    double window[WINDOW];
+    sort_by_insertion(y, WINDOW);
+    memcpy(window, y, sizeof window);
+    for (int64_t i = WINDOW; i < n; i++) {
+        double value = y[i];
+        for (int k = WINDOW - 1; k >= 0; k--) {
+            double at = window[k];
+            window[k] = larger(at, value);
+            value = smaller(value, at);
+        }
+        y[i - WINDOW] = value;
+    }
+    memcpy(y + n - WINDOW, window, sizeof window);
 }
 
 static void merge_runs(const double *from, double *to, int64_t middle, int64_t end)
@@ -52,6 +111,11 @@ static void sort_by_merging(double *y, int64_t n, double *scratch)
 
 static void sort_line(double *y, int64_t n, double *scratch)
 {
+    int64_t crossed = count_crossed(y, n);
+    if (crossed == 0)
+        return;
+    if (crossed > n / CROSSINGS && n > WINDOW)
+        sort_by_window(y, n);
     if (!sort_by_insertion(y, n))
         sort_by_merging(y, n, scratch);
 }

@@ -43,7 +43,7 @@ same() { # $1 = compiler, $2 = CFLAGS
     rm -rf "$T/other" "$T/others"
 }
 
-# gcc warns of nothing at this level.
+# gcc warns without cause at this level.
 same gcc "-O1 -Wno-error"
 same gcc -O2
 same gcc -O3
