@@ -108,6 +108,7 @@ struct method_type {
     bool keeps_contacts; /* noise ends in exact contacts: too many of them, as sqrt(h) */
     double order; /* weak order in the time step at contacts: errors fall as h^order */
     double step_ns;    /* rough cost of one rod and step, for estimates and sampling intervals */
+    double view_ns;    /* the same of both views together */
     /* Why it cannot run this plan; NULL = it can. A NULL slot: it can run all. */
     const char *(*cannot)(const struct plan *plan);
     /* Does it give the exact law here at any time step, of motion or (not dynamic) of positions in

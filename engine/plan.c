@@ -132,13 +132,34 @@ static double force_at(const struct plan *plan, double x)
     return force;
 }
 
+/* Largest repulsion of a pair over the distances that rods come to: up to 5 kT, or the mean one
+ * where they are pressed closer. */
+static double pair_push(const struct plan *plan)
+{
+    enum { PLACES = 1024 };
+    const double energy_max = 5 * plan->temperature, mean = plan->length / (double)plan->particles;
+    if (!plan->pair)
+        return 0;
+    double range = plan->pair->range(plan->pair_par), push = 0;
+    double r = plan->diameter + range, before = 0;
+    for (int i = PLACES - 1; i > 0; i--) {
+        r = plan->diameter + range * i / PLACES;
+        double now = plan->pair->energy(plan->pair_par, r, plan->temperature);
+        if (now > energy_max && r < mean)
+            break;
+        push = fmax(push, (now - before) * PLACES / range);
+        before = now;
+    }
+    return isfinite(push) ? push : 0;
+}
+
 static void plan_press(struct plan *plan)
 {
     if (!plan->walls)
         return;
     double left = -force_at(plan, plan->low),
            right = force_at(plan, plan->length - plan->diameter / 2);
-    plan->press = fmax(0, fmax(left, right));
+    plan->press = fmax(0, fmax(left, right)) + pair_push(plan);
 }
 
 /* Steepest slope and height of the field, from energies at many places. */
@@ -249,7 +270,8 @@ static double sample_cost(const struct bcd_scene *scene)
         const struct observable_type *type = scene_observable_type(part);
         cost += type->sample_ns ? type->sample_ns(part->group.values, &scene->plan) : 0;
     }
-    return cost;
+    bool looks_inside = cost > 0 && step_error_views_used(&scene->plan);
+    return cost + (looks_inside ? scene->plan.method->view_ns : 0);
 }
 
 /* Auto: static observables take at most a fifth of the run time, counted in the parts' own rough
@@ -377,7 +399,7 @@ static void fact_text(struct bcd_scene *scene, const char *name, const char *tex
 /* A rod leaves a well of curvature k at a rate of about mu k/(2 pi) exp(-barrier/kT) (Kramers). */
 static bool rods_stay_in_wells(const struct plan *plan)
 {
-    if (plan->walls || !plan->field || !(plan->temperature > 0) || plan->force != 0)
+    if (plan->walls || !plan_field_steady(plan) || !(plan->temperature > 0) || plan->force != 0)
         return false;
     double rate = curvature_rate(plan) / (2 * M_PI) * exp(-plan->barrier / plan->temperature);
     return rate * (double)plan->steps * plan->time_step < 1;

@@ -12,7 +12,8 @@ static const double views_share = 0.3; /* of 1 / max|U''|: up to there views are
 bool step_error_views_used(const struct plan *plan)
 {
     const struct method_type *method = plan->method;
-    return method->view && !(method->exact && method->exact(plan, false));
+    bool exact = method->exact && method->exact(plan, false);
+    return method->view && plan->diffusion > 0 && !exact;
 }
 
 enum step_error step_error_of(const struct observable_type *type, const struct plan *plan)
@@ -22,8 +23,10 @@ enum step_error step_error_of(const struct observable_type *type, const struct p
         return STEP_ERROR_NONE;
     if (method->exact && method->exact(plan, type->dynamic))
         return STEP_ERROR_ZERO;
-    /* Where steps are coarse, or interactions stiff, both views may miss on the same side. */
-    bool fine = !plan->pair && curvature_rate(plan) * plan->time_step <= views_share;
+    /* Where steps are coarse, interactions stiff or rods pressed to walls, both views may miss on
+     * the same side. */
+    bool fine = !plan->pair && wall_rate(plan) == 0 &&
+                curvature_rate(plan) * plan->time_step <= views_share;
     if (step_error_views_used(plan) && type->sample_ns && !type->one_view && fine)
         return STEP_ERROR_VIEWS;
     return STEP_ERROR_PAIR;
@@ -46,9 +49,14 @@ static double of_views(const struct moments *one, const struct moments *other, s
     return one->samples[i] > 0 ? fabs(one->mean[i] - other->mean[i]) : NAN;
 }
 
+static double share_of(const double *error, const double *value, size_t i)
+{
+    return error[i] > 0 ? error[i] / fabs(value[i]) : error[i];
+}
+
 static double larger_share(const double *error, const double *value, size_t a, size_t b)
 {
-    return fmax(error[a] / fabs(value[a]), error[b] / fabs(value[b]));
+    return fmax(share_of(error, value, a), share_of(error, value, b));
 }
 
 /* Lags of odd numbers of steps have no partner at twice the step: they take the larger relative

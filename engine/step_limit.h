@@ -57,7 +57,7 @@ static inline double wall_rate(const struct plan *plan)
 static inline void step_limit_rates(struct step_limit *limit, const struct plan *plan,
                                     double curvature_share, double stiffness_share)
 {
-    const double wall_share = 0.3; /* measured: L1 .005 at D h (F/kT)^2 = .1, elastic .01 */
+    const double wall_share = 0.2; /* measured: L1 .005 at D h (F/kT)^2 = .1, elastic .01 */
     double curvature = curvature_rate(plan), stiffness = stiffness_rate(plan);
     if (curvature > 0)
         step_limit(limit, curvature_share / curvature, "curvature of the potential");

@@ -53,7 +53,7 @@ const struct method_type method_bcd = {
     .part = {.name = "bcd", .doc = "Brownian cluster dynamics by isotonic regression"},
     .keeps_contacts = true,
     .order = 0.5,
-    .step_ns = 12,
+    .step_ns = 6,
     .time_step = bcd_time_step,
     .layout = bcd_layout,
     .advance = bcd_advance,

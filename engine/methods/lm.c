@@ -118,7 +118,7 @@ static void lm_advance(struct sim *sim, int64_t ticks)
 const struct method_type method_lm = {
     .part = {.name = "lm", .doc = "Leimkuhler-Matthews step by sorting, equilibrium averages only"},
     .order = 1.5,
-    .step_ns = 9,
+    .step_ns = 5,
     .cannot = lm_cannot,
     .exact = lm_exact,
     .time_step = lm_time_step,

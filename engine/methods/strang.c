@@ -156,7 +156,8 @@ static const double *strang_view(struct sim *sim, enum view view)
 const struct method_type method_strang = {
     .part = {.name = "strang", .doc = "deterministic sticky flow and reflected noise in turns"},
     .order = 1.5,
-    .step_ns = 20,
+    .step_ns = 8,
+    .view_ns = 12,
     .exact = strang_exact,
     .time_step = strang_time_step,
     .layout = strang_layout,

@@ -65,15 +65,16 @@ static void contact_check(const struct bcd_group *group, const struct plan *plan
 /* What noise crosses in a step must be small against the window: half of it where noise ends in
  * exact contacts; all of it where only the drift does (measured: 1 % off then); no limit without a
  * drift. Windows may be as fine as one likes: the density at contact itself is off by about .3
- * sqrt(h mu max|U''|) (measured), and steps need not be finer than twice the tolerance asks. */
+ * sqrt(h mu max|U''|) (measured), and steps need not be finer than for six
+ * times the tolerance. */
 static double contact_time_step_max(const void *par, const struct plan *plan)
 {
     double gap = ((const struct contact_par *)par)->gap;
     bool keeps = plan->method->keeps_contacts, limited = keeps || plan->field || plan->pair;
-    if (!limited || plan->diffusion == 0)
+    if (plan->particles < 2 || !limited || plan->diffusion == 0)
         return INFINITY;
     double reach = keeps ? gap / 2 : gap, window = reach * reach / (4 * plan->diffusion);
-    double rate = curvature_rate(plan) + stiffness_rate(plan), share = 2 * plan->tolerance / 0.3;
+    double rate = curvature_rate(plan) + stiffness_rate(plan), share = 6 * plan->tolerance / 0.3;
     return keeps || rate == 0 ? window : fmax(window, share * share / rate);
 }
 

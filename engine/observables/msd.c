@@ -17,6 +17,7 @@
  * many blocks as make at least four lags; where that leaves one sample there is no error bar.
  */
 #include "part.h"
+#include "step_error.h"
 #include "table.h"
 #include "kernels/elementary.h"
 #include "kernels/sums.h"
@@ -121,15 +122,16 @@ static int64_t stride_of(int64_t lag, int64_t shortest)
 }
 
 /* The shortest stride for which looking costs about a fifth of a step: origins of all lags per step
- * times the cost of one squared displacement (about 1 ns a rod). */
+ * times the cost of one squared displacement (about 1 ns a rod) and of the look it needs. */
 static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *plan)
 {
     const double allowed = 0.2 * plan->method->step_ns;
+    const double look = 1 + (step_error_views_used(plan) ? plan->method->view_ns / 3 : 0);
     int64_t stride = 1;
     for (; stride < 64; stride *= 2) {
         double per_step = 0;
         for (int64_t k = 0; k < lags->count; k++)
-            per_step += 1.0 / (double)stride_of(lags->lag[k], stride);
+            per_step += look / (double)stride_of(lags->lag[k], stride);
         if (per_step <= allowed)
             break;
     }

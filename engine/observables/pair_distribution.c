@@ -71,13 +71,14 @@ static double pair_time_step_max(const void *par, const struct plan *plan)
 {
     double bin = pair_last(par, plan) / (double)pair_count(par, plan);
     double reach = fmax(bin, 0.1 * plan->free_length / (double)plan->particles) / 2;
-    return plan->diffusion > 0 && reach > 0 ? reach * reach / (4 * plan->diffusion) : INFINITY;
+    bool limited = plan->particles > 1 && plan->diffusion > 0 && reach > 0;
+    return limited ? reach * reach / (4 * plan->diffusion) : INFINITY;
 }
 
 /* Looking at a rod is looking at all rods within reach. */
 static double pair_sample_ns(const void *par, const struct plan *plan)
 {
-    return 2 + 2 * pair_last(par, plan) * (double)plan->particles / plan->length;
+    return 2 + 6 * pair_last(par, plan) * (double)plan->particles / plan->length;
 }
 
 static void pair_sample(struct observer *o, const struct sim *sim)

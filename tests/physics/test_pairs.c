@@ -226,7 +226,7 @@ static void test_two_rods_between_walls(void **state)
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 2, 'length': 2, 'diameter': 0.2, 'boundary': 'walls', "
                          "'interaction': {'type': 'yukawa', 'strength': 1.5, 'screening': 0.5, "
-                         "'cutoff': 2.5}, 'method': 'strang', 'time_step': 5e-4, 'time': 25, "
+                         "'cutoff': 2.5}, 'method': 'strang', 'time_step': 2e-4, 'time': 25, "
                          "'equilibration_time': 1, 'realizations': 16, 'observables': {'density': "
                          "{'bins': 10}}}"),
         0);
