@@ -151,7 +151,7 @@ static void check_origins(double first, double last, int points)
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 1, 'length': 100, 'temperature': 0, 'initial': 'lattice', "
                          "'potential': {'type': 'cosine', 'amplitude': 2, 'wavelength': 10}, "
-                         "'force': 3, 'method': 'bcd', 'time_step': 0.01, 'time': 10, "
+                         "'force': 3, 'method': 'bcd_premerging', 'time_step': 0.01, 'time': 10, "
                          "'realizations': 2, 'observables': {'msd': {'first': %.17g, 'last': "
                          "%.17g, 'points': %d}}}",
                          first, last, points),
@@ -177,7 +177,7 @@ static void check_origins(double first, double last, int points)
     experiment_end(&e);
 }
 
-/* Few lags, for many short ones would share a longer stride. */
+/* Few lags and a slow method, for many short ones would share a longer stride. */
 static void test_origins_of_lags(void **state)
 {
     (void)state;
