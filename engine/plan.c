@@ -270,15 +270,20 @@ static double sample_cost(const struct bcd_scene *scene)
         const struct observable_type *type = scene_observable_type(part);
         cost += type->sample_ns ? type->sample_ns(part->group.values, &scene->plan) : 0;
     }
-    bool looks_inside = cost > 0 && step_error_views_used(&scene->plan);
-    return cost + (looks_inside ? scene->plan.method->view_ns : 0);
+    if (cost == 0)
+        return 0;
+    /* What a look costs whatever the number of rods: noise of its own for views comes in bulk. */
+    const double look_ns = 100, view_ns = 1000, rods = (double)scene->plan.particles;
+    bool views = step_error_views_used(&scene->plan);
+    return cost + (views ? scene->plan.method->view_ns + view_ns / rods : look_ns / rods);
 }
 
 /* Auto: static observables take at most a fifth of the run time, counted in the parts' own rough
  * costs so that it depends on the job alone; and every block gets a few samples. */
 static int64_t sampling_auto(const struct plan *plan)
 {
-    double steps = ceil(plan->sample_ns / (sampling_share * plan->method->step_ns));
+    double step_ns = plan->method->step_ns + 60 / (double)plan->particles;
+    double steps = ceil(plan->sample_ns / (sampling_share * step_ns));
     double most = floor((double)plan->steps / (double)(plan->blocks * SAMPLES_PER_BLOCK));
     return (int64_t)fmax(1, fmin(steps, most));
 }

@@ -125,8 +125,9 @@ static int64_t stride_of(int64_t lag, int64_t shortest)
  * times the cost of one squared displacement (about 1 ns a rod) and of the look it needs. */
 static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *plan)
 {
-    const double allowed = 0.2 * plan->method->step_ns;
-    const double look = 1 + (step_error_views_used(plan) ? plan->method->view_ns / 3 : 0);
+    const double allowed = 0.2 * (plan->method->step_ns + 60 / (double)plan->particles);
+    const double look = 1 + 120 / (double)plan->particles +
+                        (step_error_views_used(plan) ? plan->method->view_ns / 3 : 0);
     int64_t stride = 1;
     for (; stride < 64; stride *= 2) {
         double per_step = 0;

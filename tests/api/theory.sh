@@ -58,7 +58,7 @@ ask POST /v1/theory --data-binary "@$T/job"
 check "a wrong job is refused" test "$STATUS $TYPE" = "422 application/problem+json"
 check "with the field" holds '.errors[0].pointer == "/frobnicate"'
 
-job '"potential":{"type":"cosine","amplitude":6},"realizations":8,' >"$T/job"
+job '"potential":{"type":"cosine","amplitude":6},"realizations":64,' >"$T/job"
 post "$T/job"
 check "a job runs" until_state "$ID" done
 ask GET "/v1/jobs/$ID/results/density"

@@ -143,7 +143,8 @@ static void slide(double *x)
         x[t + 1] = x[t] + 0.01 * (3 + 2 * M_PI / 10 * sin(2 * M_PI * x[t] / 10));
 }
 
-/* Origins are multiples of a power of two above an eighth and up to a quarter of the lag. */
+/* Origins are multiples of a power of two above an eighth and up to a quarter of the lag, or of the
+ * shortest one that looking can afford, the same for all short lags. */
 static void check_origins(double first, double last, int points)
 {
     double x[STEPS + 1];
@@ -151,7 +152,7 @@ static void check_origins(double first, double last, int points)
     struct experiment e = experiment_run(
         experiment_scene("{'particles': 1, 'length': 100, 'temperature': 0, 'initial': 'lattice', "
                          "'potential': {'type': 'cosine', 'amplitude': 2, 'wavelength': 10}, "
-                         "'force': 3, 'method': 'bcd_premerging', 'time_step': 0.01, 'time': 10, "
+                         "'force': 3, 'method': 'bcd', 'time_step': 0.01, 'time': 10, "
                          "'realizations': 2, 'observables': {'msd': {'first': %.17g, 'last': "
                          "%.17g, 'points': %d}}}",
                          first, last, points),
@@ -163,8 +164,11 @@ static void check_origins(double first, double last, int points)
             samples = &t->column[c];
     assert_non_null(samples);
     assert_int_equal(t->rows, points);
+    int shortest = 1, least = (int)rint(column_of(t, BCD_ROLE_X)[0] / 0.01);
+    while (shortest < 64 && 2 * ((STEPS - least) / shortest + 1) > (int)samples->values[0])
+        shortest *= 2;
     for (size_t k = 0; k < t->rows; k++) {
-        int lag = (int)rint(column_of(t, BCD_ROLE_X)[k] / 0.01), stride = 1, origins = 0;
+        int lag = (int)rint(column_of(t, BCD_ROLE_X)[k] / 0.01), stride = shortest, origins = 0;
         while (stride * 8 <= lag)
             stride *= 2;
         double sum = 0;
@@ -177,7 +181,6 @@ static void check_origins(double first, double last, int points)
     experiment_end(&e);
 }
 
-/* Few lags and a slow method, for many short ones would share a longer stride. */
 static void test_origins_of_lags(void **state)
 {
     (void)state;
