@@ -182,7 +182,8 @@ static void check_points(const char *interaction, int particles, double length, 
     struct experiment e = experiment_run(
         experiment_scene("{'particles': %d, 'length': %.17g, 'interaction': %s, 'method': 'strang',"
                          " 'time_step': 5e-4, 'sample_every': 2.5e-3, 'equilibration_time': 1, "
-                         "'time': 25, 'realizations': 10, 'observables': {'pair_distribution': {'bins': %d, 'last': %.17g}}}",
+                         "'time': 25, 'realizations': 10, 'observables': "
+                         "{'pair_distribution': {'bins': %d, 'last': %.17g}}}",
                          particles, length, interaction, BINS, length / 2),
         0);
     struct bcd_table *t = experiment_table(&e, "pair_distribution");
