@@ -96,11 +96,11 @@ static void list_hazards(const struct plan *plan, struct hazard hazards[HAZARDS]
                                  "drags rods past the potential: half periods a step"};
     hazards[3] = (struct hazard){step_in_reach(plan),
                                  "carries rods too far: steps of 500 lengths of the system"};
-    hazards[5] = (struct hazard){share / (4 * wall_rate(plan)),
+    hazards[4] = (struct hazard){share / (4 * wall_rate(plan)),
                                  "misses the layer at the walls: 4 D time_step (force / kT)^2"};
     double gap = plan->free_length / (double)plan->particles, far = 10 * gap;
     bool crowds = plan->method->bonds && plan->diffusion > 0 && gap > 0;
-    hazards[4] = (struct hazard){crowds ? far * far / (4 * plan->diffusion) : INFINITY,
+    hazards[5] = (struct hazard){crowds ? far * far / (4 * plan->diffusion) : INFINITY,
                                  "crowds collisions into a step: 4 D time_step / (10 gaps)^2"};
 }
 

@@ -36,7 +36,6 @@ enum {
     STREAM_ACCEPT = 4,     /* metropolis: which moves are accepted */
     STREAM_REDRAW = 5,     /* tao: noise drawn anew after a contact */
     STREAM_BONDS = 6,      /* strang_bonds: which bonds break and form, how fast they part */
-    STREAM_VIEW_BONDS = 7, /* the same of its views */
 };
 
 static inline double sim_time(const struct sim *sim)

@@ -7,6 +7,7 @@
 #include <math.h>
 
 static const char name[] = "time_step_error";
+static const double order_max = 1.5;
 static const double views_share = 0.3; /* of 1 / max|U''|: up to there views are trusted */
 
 bool step_error_views_used(const struct plan *plan)
@@ -33,15 +34,15 @@ enum step_error step_error_of(const struct observable_type *type, const struct p
 }
 
 /* Richardson: with errors as h^p the difference between 2h and h is 2^p - 1 times the error at h.
- * Its own standard error is added, for it may have come out too small by chance; orders above 1 are
- * not trusted. */
+ * Its own standard error is added, for it may have come out too small by chance; orders above
+ * order_max are not trusted. */
 static double of_pair(const struct moments *difference, size_t i, double order)
 {
     double n = difference->samples[i];
     if (n < 1)
         return NAN;
     double chance = n > 1 ? sqrt(difference->square[i] / (n * (n - 1))) : 0;
-    return (fabs(difference->mean[i]) + chance) / (exp2(fmin(order, 1.5)) - 1);
+    return (fabs(difference->mean[i]) + chance) / (exp2(fmin(order, order_max)) - 1);
 }
 
 static double of_views(const struct moments *one, const struct moments *other, size_t i)
