@@ -18,12 +18,13 @@ WARN    = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wmissing-protot
           -Wpointer-arith -Wwrite-strings -Wundef -Werror
 CFLAGS ?= -O3 -g
 ALL_CFLAGS = -std=c17 $(WARN) $(CFLAGS) $(BITS) -fPIC -fvisibility=hidden -MMD -MP -Iengine -D_DEFAULT_SOURCE
-HOST_CFLAGS = -D_GNU_SOURCE -pthread -Iserver -I$B $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
+ROOMS = $(wildcard server/*/)
+HOST_CFLAGS = -D_GNU_SOURCE -pthread -Iserver $(ROOMS:%/=-I%) -I$B $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
 ENGINE_LIBS = $(shell pkg-config --libs gsl 2>/dev/null)
 HOST_LIBS   = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -lmd -lm -pthread
 
 ENGINE_SRC = $(wildcard engine/*.c engine/*/*.c)
-SERVER_SRC = $(filter-out server/main.c server/cli.c, $(wildcard server/*.c))
+SERVER_SRC = $(filter-out server/main.c server/cli/cli.c, $(wildcard server/*.c server/*/*.c))
 SCHEMA_SQL = $(sort $(wildcard schema/*.sql))
 TEST_SRC   = $(wildcard tests/*/test_*.c)
 SUPPORT_SRC = $(filter-out $(TEST_SRC), $(wildcard tests/*/*.c))
@@ -46,7 +47,7 @@ $B/obj/tests/%.o: tests/%.c
 	$Q$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -Itests -c -o $@ $<
 
 # Migrations are compiled in as strings, one per file, in order of their numbers.
-$B/obj/server/store.o: $B/migrations.inc
+$B/obj/server/store/store.o: $B/migrations.inc
 $B/migrations.inc: $(SCHEMA_SQL)
 	@mkdir -p $(@D)
 	$(if $V,,@echo "  SQL $@")
@@ -65,7 +66,7 @@ $B/libserver.a: $(call obj,$(SERVER_SRC))
 	$Qar rcs $@ $^
 $B/bcdd: $B/obj/server/main.o $B/libserver.a $B/libbcd.a
 	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
-$B/bcd: $B/obj/server/cli.o $B/libserver.a $B/libbcd.a
+$B/bcd: $B/obj/server/cli/cli.o $B/libserver.a $B/libbcd.a
 	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
 # A test is tests/<layer>/test_<what>.c; everything else there is shared by all of them.
