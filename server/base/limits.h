@@ -16,6 +16,7 @@ enum {
     LIMIT_QUERY_MAX = 32,                  /* parameters after the "?" */
     LIMIT_BODIES_BYTES_MAX = 64 << 20,     /* bodies of all requests in progress together */
     LIMIT_ANSWER_AGE_MS_MAX = 600000,      /* from the request's last byte to the answer's */
+    LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of a streamed answer */
     LIMIT_REQUEST_AGE_MS_MAX = 30000,      /* from the first byte to the last */
     LIMIT_IDLE_MS_MAX = 60000,
     LIMIT_WORKERS_MAX = 1024,

@@ -1,85 +1,29 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
+ * http.c - the server's life, and a request's way through it.
+ *
  * THREADS  libmicrohttpd runs LIMIT_HTTP_THREADS threads; each connection stays with one of them.
- *          `connections` and what hangs on it: under `mutex`. The reaper, one thread of ours, ends
- *          connections that are past their deadline with shutdown(): the library then closes them,
- *          and tells us (on_connection, under the same mutex) before it closes the descriptor, so
- *          the reaper never touches a descriptor that belongs to somebody else by now.
  *
  * The library's own timeout is of inactivity only; one byte per second would hold a connection for
- * ever. And it lets contradicting lengths pass, on which request smuggling lives. Both are seen to
- * here. A body is read only after its headers were found good.
+ * ever: http_reap.c sees to that. A body is read only after its headers were found good.
  */
-#include "http.h"
 #include "http_guard.h"
+#include "http_internal.h"
 #include "http_listen.h"
 #include "limits.h"
 #include "log.h"
 #include "reply.h"
 
-#include <microhttpd.h>
-
-#include <arpa/inet.h>
 #include <errno.h>
-#include <pthread.h>
-#include <stdatomic.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
-enum { REAP_MS = 500, DRAIN_POLL_MS = 5 };
-
-enum phase {
-    PHASE_WAITING,   /* for the first byte, or somewhere in a request line */
-    PHASE_RECEIVING, /* the rest of a request */
-    PHASE_ANSWERING, /* from the handler's start on */
-};
-
-struct connection {
-    struct connection *next, *previous;
-    int fd;
-    enum phase phase;
-    bool hung_up; /* the other end had, when the reaper came by */
-    int64_t deadline_ms;
-    struct exchange *exchange; /* in progress; of the thread that serves the connection */
-};
-
-struct http {
-    struct http_options options;
-    char host[INET6_ADDRSTRLEN];
-    uint16_t port;
-    int listen_fd;
-    struct MHD_Daemon *daemon;
-    atomic_bool stopping;
-    atomic_size_t body_bytes; /* held by all exchanges together */
-    pthread_mutex_t mutex;
-    pthread_cond_t wake_reaper;
-    pthread_t reaper;
-    bool reaper_stop;
-    struct connection *connections;
-};
-
-/* One request and its answer. */
-struct exchange {
-    char *uri;
-    char *query; /* part of uri, or NULL */
-    bool headers_seen;
-    bool refused; /* reply is filled already; the rest of the request is thrown away */
-    char *body;
-    size_t body_size, body_room;
-    struct reply reply;
-};
+enum { DRAIN_POLL_MS = 5 };
 
 static struct MHD_Daemon *start_daemon(struct http *http);
-static void *reap(void *context);
-static void reap_late(struct http *http, int64_t now_ms);
-static bool has_hung_up(const struct connection *c);
-static size_t count_busy(struct http *http);
 static void on_log(void *context, const char *format, va_list args);
 static void on_connection(void *context, struct MHD_Connection *connection, void **socket_context,
                           enum MHD_ConnectionNotificationCode code);
@@ -91,18 +35,8 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
                          enum MHD_RequestTerminationCode code);
 static void end_exchange(struct http *http, struct connection *c);
 static size_t keep_escapes(void *context, struct MHD_Connection *connection, char *text);
-static void check_headers(struct http *http, struct MHD_Connection *connection, const char *version,
-                          struct exchange *exchange);
-static void take_body(struct http *http, struct exchange *exchange, const char *bytes, size_t size);
-static void drop_body(struct http *http, struct exchange *exchange);
 static void handle(struct http *http, struct MHD_Connection *connection, const char *method,
                    struct exchange *exchange);
-static enum MHD_Result answer(struct http *http, struct MHD_Connection *connection,
-                              const char *method, struct exchange *exchange);
-static void set_phase(struct http *http, struct MHD_Connection *connection, enum phase phase,
-                      int64_t allowed_ms);
-static struct connection *connection_of(struct MHD_Connection *connection);
-static int64_t clock_ms(void);
 static void sleep_ms(int64_t ms);
 
 struct http *http_start(const struct http_options *options, char *reason, size_t size)
@@ -123,6 +57,8 @@ struct http *http_start(const struct http_options *options, char *reason, size_t
     http->options.host = http->host;
     if (http->options.request_age_ms <= 0)
         http->options.request_age_ms = LIMIT_REQUEST_AGE_MS_MAX;
+    if (http->options.stream_stall_ms <= 0)
+        http->options.stream_stall_ms = LIMIT_STREAM_STALL_MS_MAX;
     http->listen_fd = http_listen(options->host, options->port, &http->port);
     if (http->listen_fd < 0) {
         snprintf(reason, size, "cannot listen on %s port %d: %s", options->host, options->port,
@@ -135,7 +71,7 @@ struct http *http_start(const struct http_options *options, char *reason, size_t
         snprintf(reason, size, "the HTTP library does not start, the log says why");
         goto fail;
     }
-    if (pthread_create(&http->reaper, NULL, reap, http) == 0)
+    if (pthread_create(&http->reaper, NULL, http_reap, http) == 0)
         return http;
     snprintf(reason, size, "no thread to be had");
     MHD_stop_daemon(http->daemon);
@@ -160,8 +96,8 @@ void http_stop(struct http *http)
         return;
     atomic_store(&http->stopping, true);
     MHD_socket quiet = MHD_quiesce_daemon(http->daemon);
-    int64_t deadline_ms = clock_ms() + LIMIT_DRAIN_MS;
-    while (count_busy(http) > 0 && clock_ms() < deadline_ms)
+    int64_t deadline_ms = http_clock_ms() + LIMIT_DRAIN_MS;
+    while (http_reap_busy(http) > 0 && http_clock_ms() < deadline_ms)
         sleep_ms(DRAIN_POLL_MS);
     MHD_stop_daemon(http->daemon);
     if (quiet != MHD_INVALID_SOCKET)
@@ -199,62 +135,6 @@ static struct MHD_Daemon *start_daemon(struct http *http)
     /* clang-format on */
 }
 
-static void *reap(void *context)
-{
-    struct http *http = context;
-    pthread_mutex_lock(&http->mutex);
-    while (!http->reaper_stop) {
-        int64_t now_ms = clock_ms(), wake_ms = now_ms + REAP_MS;
-        reap_late(http, now_ms);
-        struct timespec wake = {.tv_sec = wake_ms / 1000, .tv_nsec = wake_ms % 1000 * 1000000};
-        pthread_cond_timedwait(&http->wake_reaper, &http->mutex, &wake);
-    }
-    pthread_mutex_unlock(&http->mutex);
-    return NULL;
-}
-
-/* Ends what is past its deadline. Mutex held. Also what the other end has left: the library waits
- * for an edge of epoll that it may have had already, with the bytes before the end. Twice seen is
- * sure, for a request may end with the connection and be on its way to the handler. */
-static void reap_late(struct http *http, int64_t now_ms)
-{
-    static const char late[] = "HTTP/1.1 408 Request Timeout\r\nConnection: close\r\n"
-                               "Content-Length: 0\r\n\r\n";
-    for (struct connection *c = http->connections; c; c = c->next) {
-        if (c->deadline_ms == INT64_MAX) /* done with */
-            continue;
-        bool hung_up = has_hung_up(c), seen = c->hung_up;
-        c->hung_up = hung_up;
-        if (now_ms < c->deadline_ms && !(hung_up && seen))
-            continue;
-        /* While a request is coming in, the library sends nothing that this could mix with. */
-        if (c->phase == PHASE_RECEIVING)
-            (void)!send(c->fd, late, sizeof(late) - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
-        shutdown(c->fd, SHUT_RDWR);
-        c->deadline_ms = INT64_MAX;
-        log_write(LOG_LEVEL_WARNING, hung_up ? "connection_left" : "connection_too_old",
-                  LOG_FIELDS(log_integer("phase", c->phase)));
-    }
-}
-
-/* Nothing more will come of a request that is not complete. */
-static bool has_hung_up(const struct connection *c)
-{
-    char byte;
-    return c->phase != PHASE_ANSWERING && recv(c->fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
-}
-
-/* Connections with a request in progress. */
-static size_t count_busy(struct http *http)
-{
-    size_t busy = 0;
-    pthread_mutex_lock(&http->mutex);
-    for (const struct connection *c = http->connections; c; c = c->next)
-        busy += c->phase != PHASE_WAITING && !has_hung_up(c);
-    pthread_mutex_unlock(&http->mutex);
-    return busy;
-}
-
 static void on_log(void *context, const char *format, va_list args)
 {
     (void)context;
@@ -274,7 +154,7 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
         if (!c)
             return;
         c->fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-        c->deadline_ms = clock_ms() + http->options.request_age_ms;
+        c->deadline_ms = http_clock_ms() + http->options.request_age_ms;
         pthread_mutex_lock(&http->mutex);
         c->next = http->connections;
         if (c->next)
@@ -305,8 +185,8 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
 static void *on_uri(void *context, const char *uri, struct MHD_Connection *connection)
 {
     struct http *http = context;
-    struct connection *c = connection_of(connection);
-    set_phase(http, connection, PHASE_RECEIVING, http->options.request_age_ms);
+    struct connection *c = http_connection(connection);
+    http_set_phase(http, connection, PHASE_RECEIVING, http->options.request_age_ms);
     if (!c)
         return NULL;
     end_exchange(http, c);
@@ -339,28 +219,29 @@ static enum MHD_Result on_access(void *context, struct MHD_Connection *connectio
         return MHD_NO;
     if (!exchange->headers_seen) {
         exchange->headers_seen = true;
-        check_headers(http, connection, version, exchange);
-        return exchange->refused ? answer(http, connection, method, exchange) : MHD_YES;
+        http_receive_headers(http, connection, version, exchange);
+        return exchange->refused ? http_answer(http, connection, method, exchange) : MHD_YES;
     }
     if (*upload_size > 0) {
-        take_body(http, exchange, upload, *upload_size);
+        http_receive_body(http, exchange, upload, *upload_size);
         *upload_size = 0;
         return MHD_YES;
     }
     if (!exchange->refused)
         handle(http, connection, method, exchange);
-    return answer(http, connection, method, exchange);
+    return http_answer(http, connection, method, exchange);
 }
 
 static void on_completed(void *context, struct MHD_Connection *connection, void **request_context,
                          enum MHD_RequestTerminationCode code)
 {
     struct http *http = context;
-    struct connection *c = connection_of(connection);
+    struct connection *c = http_connection(connection);
     (void)code;
     /* Idle time is the library's business. Whoever sends something in that time, and then no
      * complete request line, is caught by this. */
-    set_phase(http, connection, PHASE_WAITING, LIMIT_IDLE_MS_MAX + http->options.request_age_ms);
+    http_set_phase(http, connection, PHASE_WAITING,
+                   LIMIT_IDLE_MS_MAX + http->options.request_age_ms);
     *request_context = NULL;
     if (c)
         end_exchange(http, c);
@@ -372,7 +253,7 @@ static void end_exchange(struct http *http, struct connection *c)
     c->exchange = NULL;
     if (!exchange)
         return;
-    drop_body(http, exchange);
+    http_receive_drop(http, exchange);
     reply_fini(&exchange->reply);
     free(exchange->uri);
     free(exchange);
@@ -383,106 +264,6 @@ static size_t keep_escapes(void *context, struct MHD_Connection *connection, cha
 {
     (void)context, (void)connection;
     return strlen(text);
-}
-
-struct headers {
-    int lengths, encodings, hosts, blanks;
-    const char *length, *encoding, *host, *origin;
-};
-
-static enum MHD_Result note_header(void *context, enum MHD_ValueKind kind, const char *key,
-                                   const char *value)
-{
-    struct headers *headers = context;
-    (void)kind;
-    headers->blanks += key[strcspn(key, " \t")] != '\0'; /* "Transfer-Encoding :" */
-    if (!value)
-        return MHD_YES;
-    if (strcasecmp(key, "Content-Length") == 0) {
-        headers->lengths++;
-        headers->length = value;
-    } else if (strcasecmp(key, "Transfer-Encoding") == 0) {
-        headers->encodings++;
-        headers->encoding = value;
-    } else if (strcasecmp(key, "Host") == 0) {
-        headers->hosts++;
-        headers->host = value;
-    } else if (strcasecmp(key, "Origin") == 0) {
-        headers->origin = value;
-    }
-    return MHD_YES;
-}
-
-/* Fills the reply and sets refused if the request may not go on. */
-static void check_headers(struct http *http, struct MHD_Connection *connection, const char *version,
-                          struct exchange *exchange)
-{
-    struct headers seen = {0};
-    struct reply *reply = &exchange->reply;
-    MHD_get_connection_values(connection, MHD_HEADER_KIND, note_header, &seen);
-    bool digits = !seen.length ||
-                  (seen.length[0] && strspn(seen.length, "0123456789") == strlen(seen.length));
-    exchange->refused = true;
-    if (seen.lengths + seen.encodings > 1 || !digits ||
-        (seen.encoding && strcasecmp(seen.encoding, "chunked") != 0))
-        reply_problem(reply, PROBLEM_BAD_REQUEST,
-                      "Content-Length and Transfer-Encoding contradict each other");
-    else if (seen.blanks > 0)
-        reply_problem(reply, PROBLEM_BAD_REQUEST, "the name of a header has blanks in it");
-    else if (seen.hosts > 1 || (seen.hosts == 0 && strcmp(version, MHD_HTTP_VERSION_1_0) != 0))
-        reply_problem(reply, PROBLEM_BAD_REQUEST, "there must be one Host header");
-    else if (seen.host && !http_guard_host(seen.host, http->host))
-        reply_problem(reply, PROBLEM_WRONG_HOST, "on loopback, ask for localhost or 127.0.0.1");
-    else if (seen.origin && !http_guard_origin(seen.origin, seen.host))
-        reply_problem(reply, PROBLEM_FORBIDDEN, "pages of other origins have no access");
-    else if (seen.length && strtoull(seen.length, NULL, 10) > LIMIT_BODY_BYTES_MAX)
-        reply_problem(reply, PROBLEM_TOO_LARGE, "a body may have at most %d bytes, this has %.32s",
-                      LIMIT_BODY_BYTES_MAX, seen.length);
-    else
-        exchange->refused = false;
-}
-
-/* Keeps a piece of the body. What a refused request goes on sending is not kept; the reaper's
- * deadline bounds it. */
-static void take_body(struct http *http, struct exchange *exchange, const char *bytes, size_t size)
-{
-    if (exchange->refused)
-        return;
-    size_t needed = exchange->body_size + size + 1; /* a final NUL, for convenience */
-    if (needed - 1 > LIMIT_BODY_BYTES_MAX) {
-        exchange->refused = true;
-        reply_problem(&exchange->reply, PROBLEM_TOO_LARGE, "a body may have at most %d bytes",
-                      LIMIT_BODY_BYTES_MAX);
-    } else if (needed > exchange->body_room) {
-        size_t room = 2 * needed;
-        size_t more = room - exchange->body_room;
-        char *body = NULL;
-        if (atomic_fetch_add(&http->body_bytes, more) + more <= LIMIT_BODIES_BYTES_MAX)
-            body = realloc(exchange->body, room);
-        if (body) {
-            exchange->body = body;
-            exchange->body_room = room;
-        } else {
-            atomic_fetch_sub(&http->body_bytes, more);
-            exchange->refused = true;
-            reply_problem(&exchange->reply, PROBLEM_BUSY, "too many large requests at once");
-        }
-    }
-    if (exchange->refused) {
-        drop_body(http, exchange);
-        return;
-    }
-    memcpy(exchange->body + exchange->body_size, bytes, size);
-    exchange->body_size += size;
-    exchange->body[exchange->body_size] = '\0';
-}
-
-static void drop_body(struct http *http, struct exchange *exchange)
-{
-    atomic_fetch_sub(&http->body_bytes, exchange->body_room);
-    free(exchange->body);
-    exchange->body = NULL;
-    exchange->body_size = exchange->body_room = 0;
 }
 
 static void handle(struct http *http, struct MHD_Connection *connection, const char *method,
@@ -500,80 +281,34 @@ static void handle(struct http *http, struct MHD_Connection *connection, const c
         .body_size = exchange->body_size,
         .query = query,
     };
-    set_phase(http, connection, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
+    http_set_phase(http, connection, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
     const char *fault =
         http_guard_query(exchange->query, query, LIMIT_QUERY_MAX, &request.query_count);
     if (fault)
         reply_problem(&exchange->reply, PROBLEM_BAD_REQUEST, "%s", fault);
     else
         http->options.handler(http->options.context, &request, &exchange->reply);
-    drop_body(http, exchange);
+    http_receive_drop(http, exchange);
 }
 
-/* Sends the exchange's reply, which gives its body away. */
-static enum MHD_Result answer(struct http *http, struct MHD_Connection *connection,
-                              const char *method, struct exchange *exchange)
+void http_set_phase(struct http *http, struct MHD_Connection *connection, enum phase phase,
+                    int64_t allowed_ms)
 {
-    struct reply *reply = &exchange->reply;
-    struct MHD_Response *response =
-        reply->body
-            ? MHD_create_response_from_buffer(reply->body_size, reply->body, MHD_RESPMEM_MUST_FREE)
-            : MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
-    if (!response)
-        return MHD_NO;
-    reply->body = NULL;
-    bool drawing = reply->content_type && strcmp(reply->content_type, "image/svg+xml") == 0;
-    const struct {
-        const char *name, *value;
-    } headers[] = {
-        {MHD_HTTP_HEADER_CONTENT_TYPE, reply->content_type},
-        {MHD_HTTP_HEADER_CACHE_CONTROL, reply->cache_control},
-        {MHD_HTTP_HEADER_LOCATION, reply->location[0] ? reply->location : NULL},
-        {MHD_HTTP_HEADER_ALLOW, reply->allow[0] ? reply->allow : NULL},
-        {MHD_HTTP_HEADER_RETRY_AFTER, reply->status == 503 ? "1" : reply->retry_after},
-        {MHD_HTTP_HEADER_CONNECTION,
-         exchange->refused || atomic_load(&http->stopping) ? "close" : NULL},
-        {"Content-Security-Policy", drawing ? "default-src 'none'; style-src 'unsafe-inline'"
-                                            : "default-src 'none'; frame-ancestors 'none'"},
-        {"Cross-Origin-Resource-Policy", "same-origin"},
-        {"Referrer-Policy", "no-referrer"},
-        {"X-Content-Type-Options", "nosniff"},
-    };
-    enum MHD_Result sound = MHD_YES;
-    for (size_t i = 0; i < sizeof(headers) / sizeof(headers[0]) && sound == MHD_YES; i++)
-        if (headers[i].value)
-            sound = MHD_add_response_header(response, headers[i].name, headers[i].value);
-    set_phase(http, connection, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
-    if (sound == MHD_YES)
-        sound = MHD_queue_response(connection, (unsigned)reply->status, response);
-    MHD_destroy_response(response);
-    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
-    if (reply->status >= 400 || !reads)
-        log_write(LOG_LEVEL_INFO, "request",
-                  LOG_FIELDS(log_text("method", method), log_text("path", exchange->uri),
-                             log_integer("status", reply->status)));
-    return sound;
-}
-
-static void set_phase(struct http *http, struct MHD_Connection *connection, enum phase phase,
-                      int64_t allowed_ms)
-{
-    struct connection *c = connection_of(connection);
+    struct connection *c = http_connection(connection);
     if (!c)
         return;
     pthread_mutex_lock(&http->mutex);
     c->phase = phase;
-    c->deadline_ms = clock_ms() + allowed_ms;
+    c->deadline_ms = http_clock_ms() + allowed_ms;
     pthread_mutex_unlock(&http->mutex);
 }
 
-/* NULL when there was no memory for it. */
-static struct connection *connection_of(struct MHD_Connection *connection)
+struct connection *http_connection(struct MHD_Connection *connection)
 {
     return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
 }
 
-static int64_t clock_ms(void)
+int64_t http_clock_ms(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);

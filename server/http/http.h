@@ -8,6 +8,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 /* One request, complete, as handlers see it: no socket, no library type. A test can make one. */
 struct request_query {
@@ -24,12 +25,27 @@ struct request {
     size_t query_count;
 };
 
+/* A body that is made while it is sent, for answers too long to be held. `read` is called from one
+ * thread at a time, not always the same, whenever the client has taken what came before: it writes
+ * 1..size bytes and returns how many, or one of these. It must not wait for anything but disk. */
+enum {
+    STREAM_END = 0,
+    STREAM_FAILED = -1, /* the connection is ended, so that the client knows: not a short file */
+};
+struct stream {
+    ssize_t (*read)(void *state, char *to, size_t size); /* NULL = there is no stream */
+    void (*free)(void *state);                           /* called once, sent or not; may be NULL */
+    void *state;
+};
+void stream_fini(struct stream *stream);
+
 /* The answer; filled by handlers through reply.h, sent and freed by http.c. */
 struct reply {
     int status;
     const char *content_type;
     char *body; /* malloc'ed */
     size_t body_size;
+    struct stream stream; /* in the place of body, when it has a `read` */
     char location[96]; /* Location header, or "" */
     char allow[48];    /* Allow header (405), or "" */
     const char *cache_control;
@@ -43,6 +59,7 @@ struct http_options {
     const char *host;       /* numeric address */
     uint16_t port;          /* 0 = pick a free one */
     int64_t request_age_ms; /* 0 = LIMIT_REQUEST_AGE_MS_MAX; less is for tests */
+    int64_t stream_stall_ms; /* 0 = LIMIT_STREAM_STALL_MS_MAX */
     http_handler *handler;
     void *context; /* handed to handler; shared by all threads of the server */
 };

@@ -42,7 +42,15 @@ static void end_problem(struct reply *reply, enum problem problem, struct text *
 void reply_fini(struct reply *reply)
 {
     free(reply->body);
+    stream_fini(&reply->stream);
     *reply = (struct reply){0};
+}
+
+void stream_fini(struct stream *stream)
+{
+    if (stream->read && stream->free)
+        stream->free(stream->state);
+    *stream = (struct stream){0};
 }
 
 void reply_json_take(struct reply *reply, char *json)
@@ -65,6 +73,14 @@ void reply_later_take(struct reply *reply, const char *location, char *json)
 void reply_text_take(struct reply *reply, const char *content_type, char *text)
 {
     fill_take(reply, 200, content_type, text);
+}
+
+void reply_stream_take(struct reply *reply, const char *content_type, const struct stream *stream)
+{
+    fill_take(reply, 503, content_type, NULL);
+    reply->stream = *stream;
+    if (stream->read)
+        reply->status = 200;
 }
 
 void reply_immutable(struct reply *reply)

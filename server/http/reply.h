@@ -39,6 +39,8 @@ void reply_accepted_take(struct reply *reply, const char *location, char *json);
 /* Not there yet: a client asks `location` again in a moment. */
 void reply_later_take(struct reply *reply, const char *location, char *json);
 void reply_text_take(struct reply *reply, const char *content_type, char *text);
+/* A body made while it is sent, taken over; one without `read` = out of memory. */
+void reply_stream_take(struct reply *reply, const char *content_type, const struct stream *stream);
 /* What was answered never changes: clients may keep it. */
 void reply_immutable(struct reply *reply);
 

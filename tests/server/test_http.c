@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * http.c against raw bytes on a socket: what curl would never send. */
 #include "http.h"
+#include "http_client.h"
 #include "limits.h"
 
-#include <arpa/inet.h>
 #include <dirent.h>
 #include <malloc.h>
-#include <poll.h>
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,12 +15,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
 
-enum { AGE_MS = 400, ANSWER_SIZE = 1 << 16, WAIT_MS = 5000, MORE_MS = 40 };
+enum { AGE_MS = 400, ANSWER_SIZE = CLIENT_ANSWER_SIZE, WAIT_MS = 5000 };
 
 struct fixture {
     struct http *http;
@@ -32,19 +30,7 @@ struct fixture {
     int handler_ms; /* how long it takes its time */
 };
 
-#define HOST "Host: 127.0.0.1\r\n"
-
-static int64_t now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
-static void sleep_ms(int ms)
-{
-    nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L}, NULL);
-}
+#define HOST CLIENT_HOST
 
 static void note(void *context, const struct request *request, struct reply *reply)
 {
@@ -61,7 +47,7 @@ static void note(void *context, const struct request *request, struct reply *rep
     }
     f->body_size = request->body_size;
     pthread_mutex_unlock(&f->mutex);
-    sleep_ms(f->handler_ms);
+    client_sleep_ms(f->handler_ms);
     reply->status = 200;
     reply->content_type = "text/plain";
     reply->body = strdup("seen");
@@ -95,45 +81,6 @@ static int teardown(void **state)
     return 0;
 }
 
-static int dial(const struct fixture *f)
-{
-    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(http_port(f->http))};
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    assert_true(fd >= 0);
-    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof(address)), 0);
-    return fd;
-}
-
-static void say(int fd, const char *bytes, size_t size)
-{
-    while (size > 0) {
-        ssize_t sent = send(fd, bytes, size, MSG_NOSIGNAL);
-        if (sent <= 0)
-            return; /* the server hung up; what it said is looked at by the caller */
-        bytes += sent;
-        size -= (size_t)sent;
-    }
-}
-
-/* Reads until the server hangs up (true) or says nothing for `quiet_ms`, nothing more for less
- * (false). */
-static bool listen_to(int fd, char *answer, int quiet_ms)
-{
-    size_t size = 0;
-    struct pollfd poller = {.fd = fd, .events = POLLIN};
-    answer[0] = '\0';
-    while (poll(&poller, 1, quiet_ms) == 1) {
-        ssize_t got = recv(fd, answer + size, ANSWER_SIZE - 1 - size, 0);
-        if (got <= 0)
-            return true;
-        size += (size_t)got;
-        answer[size] = '\0';
-        quiet_ms = quiet_ms < MORE_MS ? quiet_ms : MORE_MS;
-    }
-    return false;
-}
-
 /* The status of an answer, 0 if there is none. Afterwards this thread sees what the handler noted.
  */
 static int status_of(struct fixture *f, const char *answer)
@@ -149,9 +96,9 @@ static int status_of(struct fixture *f, const char *answer)
  * up without being asked to. */
 static int ask(struct fixture *f, const char *request, char *answer, bool *closed)
 {
-    int fd = dial(f);
-    say(fd, request, strlen(request));
-    *closed = listen_to(fd, answer, WAIT_MS);
+    int fd = client_dial(f->http);
+    client_say(fd, request, strlen(request));
+    *closed = client_listen(fd, answer, WAIT_MS);
     close(fd);
     return status_of(f, answer);
 }
@@ -232,13 +179,13 @@ static void forgotten_requests(void **state)
         strcat(request, "a=1&");
     size_t size = strlen(strcat(request, " HTTP/1.1\r\n" HOST "\r\n")), used = 0;
     for (int i = 0; i < 60; i++) {
-        int fd = dial(*state);
-        say(fd, request, size);
-        sleep_ms(10);
+        int fd = client_dial(((struct fixture *)*state)->http);
+        client_say(fd, request, size);
+        client_sleep_ms(10);
         close(fd);
         used = i < 20 ? mallinfo2().uordblks : used;
     }
-    sleep_ms(100);
+    client_sleep_ms(100);
     assert_true(mallinfo2().uordblks <= used + 10 * size);
 }
 
@@ -319,25 +266,25 @@ static void old_clients_name_no_host(void **state)
 static int post(struct fixture *f, size_t size, bool chunked, char *answer)
 {
     char head[256];
-    int fd = dial(f);
+    int fd = client_dial(f->http);
     char *body = malloc(size + 1);
     memset(body, ' ', size);
     snprintf(head, sizeof(head), "POST / HTTP/1.1\r\n" HOST "%s %zu\r\n\r\n",
              chunked ? "Transfer-Encoding: chunked\r\nX-Size:" : "Content-Length:", size);
-    say(fd, head, strlen(head));
+    client_say(fd, head, strlen(head));
     for (size_t at = 0; at < size;) {
         size_t piece = size - at < 65536 ? size - at : 65536;
         snprintf(head, sizeof(head), "%zx\r\n", piece);
         if (chunked)
-            say(fd, head, strlen(head));
-        say(fd, body + at, piece);
+            client_say(fd, head, strlen(head));
+        client_say(fd, body + at, piece);
         if (chunked)
-            say(fd, "\r\n", 2);
+            client_say(fd, "\r\n", 2);
         at += piece;
     }
     if (chunked)
-        say(fd, "0\r\n\r\n", 5);
-    listen_to(fd, answer, WAIT_MS);
+        client_say(fd, "0\r\n\r\n", 5);
+    client_listen(fd, answer, WAIT_MS);
     close(fd);
     free(body);
     return status_of(f, answer);
@@ -375,21 +322,21 @@ static void bodies_limit(void **state)
     http_stop(f->http);
     f->http = start(f, 0); /* the usual age: this takes a while */
     for (int i = 0; i < CLIENTS; i++) {
-        fds[i] = dial(f);
-        say(fds[i], head, sizeof(head) - 1);
-        say(fds[i], body, SENT);
+        fds[i] = client_dial(f->http);
+        client_say(fds[i], head, sizeof(head) - 1);
+        client_say(fds[i], body, SENT);
     }
     free(body);
     /* What was sent is not what the server has read by now: it catches up, on a busy machine
      * slowly. */
-    int64_t end_ms = now_ms() + 4 * WAIT_MS;
-    while (status != 503 && now_ms() < end_ms)
+    int64_t end_ms = client_now_ms() + 4 * WAIT_MS;
+    while (status != 503 && client_now_ms() < end_ms)
         status = post(f, LIMIT_BODY_BYTES_MAX, false, answer);
     assert_int_equal(status, 503);
     assert_non_null(strstr(answer, "Retry-After: "));
     for (int i = 0; i < CLIENTS; i++)
         close(fds[i]);
-    while (status != 200 && now_ms() < end_ms)
+    while (status != 200 && client_now_ms() < end_ms)
         status = post(f, LIMIT_BODY_BYTES_MAX, false, answer);
     assert_int_equal(status, 200);
 }
@@ -398,17 +345,17 @@ static void bodies_limit(void **state)
 static void trickle(const struct fixture *f, const char *head, const char *expected)
 {
     char answer[ANSWER_SIZE];
-    int64_t start = now_ms();
-    int fd = dial(f);
+    int64_t start = client_now_ms();
+    int fd = client_dial(f->http);
     bool closed = false;
-    say(fd, head, strlen(head));
-    while (!closed && now_ms() - start < WAIT_MS) {
-        say(fd, "x", 1);
-        closed = listen_to(fd, answer, 50) || answer[0];
+    client_say(fd, head, strlen(head));
+    while (!closed && client_now_ms() - start < WAIT_MS) {
+        client_say(fd, "x", 1);
+        closed = client_listen(fd, answer, 50) || answer[0];
     }
     close(fd);
     assert_true(closed);
-    assert_in_range(now_ms() - start, AGE_MS - 50, AGE_MS + 1500);
+    assert_in_range(client_now_ms() - start, AGE_MS - 50, AGE_MS + 1500);
     if (strncmp(answer, expected, strlen(expected)) != 0)
         fail_msg("not %s: %s", expected, answer);
 }
@@ -427,12 +374,12 @@ static void keep_alive_outlives_the_age(void **state)
     struct fixture *f = *state;
     char answer[ANSWER_SIZE];
     static const char get[] = "GET / HTTP/1.1\r\n" HOST "\r\n";
-    int fd = dial(f);
+    int fd = client_dial(f->http);
     for (int i = 0; i < 3; i++) {
-        say(fd, get, sizeof(get) - 1);
-        assert_false(listen_to(fd, answer, WAIT_MS));
+        client_say(fd, get, sizeof(get) - 1);
+        assert_false(client_listen(fd, answer, WAIT_MS));
         assert_non_null(strstr(answer, "seen"));
-        sleep_ms(AGE_MS / 2);
+        client_sleep_ms(AGE_MS / 2);
     }
     close(fd);
 }
@@ -457,12 +404,12 @@ static void stop_lets_requests_end(void **state)
     late.f = f;
     f->handler_ms = 150;
     pthread_t thread;
-    int idle = dial(f);
+    int idle = client_dial(f->http);
     assert_int_equal(pthread_create(&thread, NULL, ask_late, &late), 0);
-    sleep_ms(50);
-    int64_t start = now_ms();
+    client_sleep_ms(50);
+    int64_t start = client_now_ms();
     http_stop(f->http);
-    int64_t took = now_ms() - start;
+    int64_t took = client_now_ms() - start;
     pthread_join(thread, NULL);
     assert_non_null(strstr(late.answer, "seen"));
     assert_non_null(strstr(late.answer, "Connection: close"));
@@ -492,9 +439,9 @@ static void leave(struct fixture *f)
     bool closed;
     int fds[CLIENTS];
     for (int i = 0; i < CLIENTS; i++) {
-        fds[i] = dial(f);
-        say(fds[i], head, sizeof(head) - 1);
-        say(fds[i], body, SENT);
+        fds[i] = client_dial(f->http);
+        client_say(fds[i], head, sizeof(head) - 1);
+        client_say(fds[i], body, SENT);
     }
     free(body);
     for (int i = 0; i < CLIENTS; i++)
@@ -511,7 +458,7 @@ static void leavers_are_forgotten(void **state)
     int before = descriptors();
     leave(f);
     for (int i = 0; i < 20 && descriptors() > before; i++)
-        sleep_ms(100);
+        client_sleep_ms(100);
     assert_int_equal(descriptors(), before);
 }
 
@@ -521,10 +468,10 @@ static void leavers_are_not_waited_for(void **state)
     http_stop(f->http);
     f->http = start(f, 0);
     leave(f);
-    int64_t begin_ms = now_ms();
+    int64_t begin_ms = client_now_ms();
     http_stop(f->http);
     f->http = NULL;
-    assert_true(now_ms() - begin_ms < 400); /* the reaper would take longer */
+    assert_true(client_now_ms() - begin_ms < 400); /* the reaper would take longer */
 }
 
 /* As `nc -N` does it: the request is complete, only nothing more will follow. */
@@ -534,10 +481,10 @@ static void half_closed_is_answered(void **state)
     static const char get[] = "GET / HTTP/1.1\r\n" HOST "\r\n";
     char answer[ANSWER_SIZE];
     f->handler_ms = 1200; /* the reaper comes by twice */
-    int fd = dial(f);
-    say(fd, get, sizeof(get) - 1);
+    int fd = client_dial(f->http);
+    client_say(fd, get, sizeof(get) - 1);
     shutdown(fd, SHUT_WR);
-    listen_to(fd, answer, WAIT_MS);
+    client_listen(fd, answer, WAIT_MS);
     close(fd);
     assert_non_null(strstr(answer, "seen"));
 }

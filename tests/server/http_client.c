@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "http_client.h"
+
+#include <arpa/inet.h>
+#include <poll.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <sys/socket.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+enum { MORE_MS = 40 };
+
+int client_dial(const struct http *http)
+{
+    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(http_port(http))};
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    assert_true(fd >= 0);
+    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof(address)), 0);
+    return fd;
+}
+
+void client_say(int fd, const char *bytes, size_t size)
+{
+    while (size > 0) {
+        ssize_t sent = send(fd, bytes, size, MSG_NOSIGNAL);
+        if (sent <= 0)
+            return; /* the server hung up; what it said is looked at by the caller */
+        bytes += sent;
+        size -= (size_t)sent;
+    }
+}
+
+bool client_listen(int fd, char *answer, int quiet_ms)
+{
+    size_t size = 0;
+    struct pollfd poller = {.fd = fd, .events = POLLIN};
+    answer[0] = '\0';
+    while (poll(&poller, 1, quiet_ms) == 1) {
+        ssize_t got = recv(fd, answer + size, CLIENT_ANSWER_SIZE - 1 - size, 0);
+        if (got <= 0)
+            return true;
+        size += (size_t)got;
+        answer[size] = '\0';
+        quiet_ms = quiet_ms < MORE_MS ? quiet_ms : MORE_MS;
+    }
+    return false;
+}
+
+int64_t client_now_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+void client_sleep_ms(int ms)
+{
+    nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L}, NULL);
+}

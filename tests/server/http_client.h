@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * http_client.h - raw bytes to a struct http on loopback, and what it answers. */
+#ifndef HTTP_CLIENT_H
+#define HTTP_CLIENT_H
+
+#include "http.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { CLIENT_ANSWER_SIZE = 1 << 16 };
+#define CLIENT_HOST "Host: 127.0.0.1\r\n"
+
+int client_dial(const struct http *http);
+void client_say(int fd, const char *bytes, size_t size);
+/* Reads until the server hangs up (true) or says nothing for `quiet_ms`, nothing more for less
+ * (false). answer has CLIENT_ANSWER_SIZE bytes. */
+bool client_listen(int fd, char *answer, int quiet_ms);
+
+int64_t client_now_ms(void);
+void client_sleep_ms(int ms);
+
+#endif
