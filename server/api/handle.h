@@ -9,6 +9,7 @@
 #define HANDLE_H
 
 #include "http.h"
+#include "identity.h"
 #include "queue.h"
 #include "report_keeper.h"
 #include "store.h"
@@ -28,6 +29,7 @@ struct service {
 /* A request that met its route; arg[i] is what stood in the place of the pattern's i-th {...}. */
 struct call {
     const struct request *request;
+    struct identity identity; /* who asks */
     char arg[CALL_ARGS_MAX][CALL_ARG_SIZE];
 };
 

@@ -15,13 +15,14 @@
 #include <strings.h>
 
 static bool read_scene(const struct request *request, struct bcd_scene **scene,
-                       struct reply *reply);
+                       struct ticket *ticket, struct reply *reply);
+static bool read_force(const struct request *request, bool *force, struct reply *reply);
 static bool media_json(const char *type);
 static bool check_key(const char *key, struct reply *reply);
 static void check_limits(const struct bcd_scene *scene, struct bcd_errors *errors);
 static char *estimate_print(const struct bcd_scene *scene);
-static enum store_status insert(struct store *store, const struct bcd_scene *scene, const char *key,
-                                struct job_record *record, bool *existed);
+static enum store_status insert(struct store *store, const struct bcd_scene *scene,
+                                struct job_new *job, struct job_record *record, bool *existed);
 static double progress_of(const struct service *service, const struct job_record *record);
 static char *print(const struct service *service, const struct job_record *record, int origin);
 static bool read_query(const struct request *request, struct job_query *query,
@@ -34,12 +35,15 @@ static void print_list(const struct service *service, struct job_record *records
 
 void handle_jobs_submit(const struct service *service, const struct call *call, struct reply *reply)
 {
-    const char *key = call->request->idempotency_key;
+    struct ticket ticket = {0};
+    struct job_new job = {.idempotency_key = call->request->idempotency_key, .ticket = &ticket};
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
     struct job_record record = {0};
     bool existed = false;
-    if (!check_key(key, reply) || !read_scene(call->request, &scene, reply))
+    snprintf(ticket.owner, sizeof(ticket.owner), "%s", call->identity.owner);
+    if (!check_key(job.idempotency_key, reply) || !read_force(call->request, &job.force, reply) ||
+        !read_scene(call->request, &scene, &ticket, reply))
         return;
     check_limits(scene, &errors);
     if (errors.count > 0) {
@@ -50,7 +54,7 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
         free(estimate);
         goto cleanup;
     }
-    enum store_status status = insert(service->store, scene, key, &record, &existed);
+    enum store_status status = insert(service->store, scene, &job, &record, &existed);
     if (status == STORE_CONFLICT) {
         reply_problem(reply, PROBLEM_KEY_REUSED,
                       "this Idempotency-Key came with another job before");
@@ -67,6 +71,7 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
     }
 cleanup:
     job_record_fini(&record);
+    ticket_fini(&ticket);
     bcd_scene_free(scene);
 }
 
@@ -129,18 +134,17 @@ void handle_jobs_estimate(const struct service *service, const struct call *call
 {
     (void)service;
     struct bcd_scene *scene = NULL;
-    if (!read_scene(call->request, &scene, reply))
+    if (!read_scene(call->request, &scene, NULL, reply))
         return;
     reply_json_take(reply, estimate_print(scene));
     bcd_scene_free(scene);
 }
 
 /* Takes up to seconds on a thread that has other connections to serve: one at a time. */
-void handle_jobs_theory(const struct service *service, const struct call *call,
-                        struct reply *reply)
+void handle_jobs_theory(const struct service *service, const struct call *call, struct reply *reply)
 {
     struct bcd_scene *scene = NULL;
-    if (!read_scene(call->request, &scene, reply))
+    if (!read_scene(call->request, &scene, NULL, reply))
         return;
     if (service->theory && atomic_flag_test_and_set(service->theory)) {
         reply_problem(reply, PROBLEM_BUSY, "another theory is being computed: try again");
@@ -152,18 +156,39 @@ void handle_jobs_theory(const struct service *service, const struct call *call,
     bcd_scene_free(scene);
 }
 
-/* The body as a finished scene; false with the reply filled when it is none. */
-static bool read_scene(const struct request *request, struct bcd_scene **scene, struct reply *reply)
+/* The body as a finished scene; false with the reply filled when it is none. ticket may be NULL. */
+static bool read_scene(const struct request *request, struct bcd_scene **scene,
+                       struct ticket *ticket, struct reply *reply)
 {
     struct bcd_errors errors = {0};
     if (!media_json(request->content_type)) {
         reply_problem(reply, PROBLEM_MEDIA_TYPE, "Content-Type should be application/json");
         return false;
     }
-    enum bcd_status status = scene_json_parse(request->body, request->body_size, scene, &errors);
+    enum bcd_status status =
+        ticket ? scene_json_parse_ticket(request->body, request->body_size, scene, ticket, &errors)
+               : scene_json_parse(request->body, request->body_size, scene, &errors);
     if (status != BCD_OK)
         reply_bcd(reply, status, &errors);
     return status == BCD_OK;
+}
+
+/* ?force=true; false with the reply filled when the query says anything else. */
+static bool read_force(const struct request *request, bool *force, struct reply *reply)
+{
+    struct bcd_errors errors = {0};
+    for (size_t i = 0; i < request->query_count; i++) {
+        const char *name = request->query[i].name, *value = request->query[i].value;
+        if (strcmp(name, "force") != 0)
+            bcd_errors_add(&errors, name, "is not known here; force is");
+        else if (strcmp(value, "true") != 0 && strcmp(value, "false") != 0)
+            bcd_errors_add(&errors, name, "must be true or false, not \"%.40s\"", value);
+        else
+            *force = strcmp(value, "true") == 0;
+    }
+    if (errors.count > 0)
+        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
+    return errors.count == 0;
 }
 
 /* Also what `curl -d` says when it is not told otherwise. */
@@ -225,17 +250,18 @@ static char *estimate_print(const struct bcd_scene *scene)
     return record_json_estimate(&estimate, bcd_scene_chunks(scene));
 }
 
-static enum store_status insert(struct store *store, const struct bcd_scene *scene, const char *key,
-                                struct job_record *record, bool *existed)
+/* Fills in what the scene says of the job. */
+static enum store_status insert(struct store *store, const struct bcd_scene *scene,
+                                struct job_new *job, struct job_record *record, bool *existed)
 {
-    struct job_new job = {.chunks = bcd_scene_chunks(scene), .idempotency_key = key};
     char *text = scene_json_job(scene);
     char *derived = scene_json_derived(scene);
     enum store_status status = STORE_BROKEN;
-    job.job = text;
-    job.derived = derived;
-    if (text && derived && queue_hash(scene, job.hash))
-        status = store_jobs_insert(store, &job, record, existed);
+    job->chunks = bcd_scene_chunks(scene);
+    job->job = text;
+    job->derived = derived;
+    if (text && derived && queue_hash(scene, job->hash))
+        status = store_jobs_insert(store, job, record, existed);
     free(text);
     free(derived);
     return status;

@@ -13,6 +13,7 @@ struct route {
     /* Literal text with {id} for [a-z0-9-]+ and {name} for [a-z0-9_]+. No other path can match, so
      * nothing needs decoding or cleaning. */
     const char *pattern;
+    enum role role;  /* the least that may ask; ROLE_NONE = anybody */
     bool free_query; /* the handler reads query parameters; else any is refused */
     handler *handle;
     const char *doc;

@@ -10,6 +10,9 @@ enum {
     LIMIT_FILTERS_MAX = 8,
     LIMIT_JSON_DEPTH_MAX = 16,
     LIMIT_IDEMPOTENCY_KEY_BYTES_MAX = 255,
+    LIMIT_LABEL_CHARACTERS_MAX = 200,      /* of a job */
+    LIMIT_TAGS_MAX = 16,
+    LIMIT_TAG_BYTES_MAX = 64,
     LIMIT_CONNECTIONS_MAX = 2000,
     LIMIT_HTTP_THREADS = 4,
     LIMIT_HEADER_BYTES_MAX = 32 << 10,     /* request line and headers of one request */

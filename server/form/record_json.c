@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "record_json.h"
 #include "text.h"
+#include "ticket_json.h"
 
 #include <inttypes.h>
 #include <jansson.h>
@@ -67,8 +68,9 @@ void record_json_seed(void)
 static void add_record(struct text *text, const struct record_view *view)
 {
     const struct job_record *record = view->record;
-    text_add(text, "{\"id\":\"%s\",\"state\":\"%s\",\"progress\":", record->id,
-             job_state_name(record->state));
+    text_add(text, "{\"id\":\"%s\",", record->id);
+    ticket_json_add(text, &record->ticket);
+    text_add(text, ",\"state\":\"%s\",\"progress\":", job_state_name(record->state));
     text_add_number(text, view->progress);
     add_time(text, "submitted_at", record->submitted_ms);
     add_time(text, "started_at", record->started_ms);

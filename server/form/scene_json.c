@@ -3,6 +3,7 @@
 #include "limits.h"
 #include "scan_json.h"
 #include "text.h"
+#include "ticket_json.h"
 
 #include <jansson.h>
 
@@ -37,8 +38,18 @@ static void add_group(struct text *text, const struct bcd_group *group);
 enum bcd_status scene_json_parse(const char *text, size_t size, struct bcd_scene **out,
                                  struct bcd_errors *errors)
 {
+    struct ticket ticket = {0};
+    enum bcd_status status = scene_json_parse_ticket(text, size, out, &ticket, errors);
+    ticket_fini(&ticket);
+    return status;
+}
+
+enum bcd_status scene_json_parse_ticket(const char *text, size_t size, struct bcd_scene **out,
+                                        struct ticket *ticket, struct bcd_errors *errors)
+{
     struct bcd_errors own = {0};
     struct bcd_scene *scene = NULL;
+    struct ticket read = *ticket;
     errors = errors ? errors : &own;
     json_t *job = load(text, size, errors);
     enum bcd_status status = BCD_INVALID;
@@ -47,14 +58,18 @@ enum bcd_status scene_json_parse(const char *text, size_t size, struct bcd_scene
     status = bcd_scene_create(&scene);
     if (status != BCD_OK)
         goto cleanup;
+    ticket_json_take(job, &read, errors);
     read_job(job, scene, errors);
     status = bcd_scene_complete(scene, errors);
     if (status == BCD_OK) {
         *out = scene;
         scene = NULL;
+        *ticket = read;
+        read = (struct ticket){0};
     }
 cleanup:
     json_decref(job);
+    ticket_fini(&read);
     bcd_scene_free(scene);
     return status;
 }
@@ -306,12 +321,10 @@ static void read_value(json_t *value, struct bcd_group *group, const struct bcd_
     } else if (json_is_array(value) && row->type == BCD_PARAM_NUMBERS) {
         read_numbers(value, group, row, errors);
     } else {
-        static const char *const wanted[] = {[BCD_PARAM_INTEGER] = "an integer",
-                                             [BCD_PARAM_NUMBER] = "a number",
-                                             [BCD_PARAM_AUTO] = "a number or \"auto\"",
-                                             [BCD_PARAM_CHOICE] = "a word",
-                                             [BCD_PARAM_NUMBERS] = "a list of numbers",
-                                             [BCD_PARAM_TEXT] = "a text"};
+        static const char *const wanted[] = {
+            [BCD_PARAM_INTEGER] = "an integer",        [BCD_PARAM_NUMBER] = "a number",
+            [BCD_PARAM_AUTO] = "a number or \"auto\"", [BCD_PARAM_CHOICE] = "a word",
+            [BCD_PARAM_NUMBERS] = "a list of numbers", [BCD_PARAM_TEXT] = "a text"};
         char pointer[SCAN_POINTER_SIZE];
         snprintf(pointer, sizeof pointer, "%s", group->pointer);
         scan_json_append(pointer, row->name);

@@ -277,6 +277,8 @@ static void handle(struct http *http, struct MHD_Connection *connection, const c
             MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Idempotency-Key"),
         .content_type =
             MHD_lookup_connection_value(connection, MHD_HEADER_KIND, MHD_HTTP_HEADER_CONTENT_TYPE),
+        .authorization =
+            MHD_lookup_connection_value(connection, MHD_HEADER_KIND, MHD_HTTP_HEADER_AUTHORIZATION),
         .body = exchange->body ? exchange->body : "",
         .body_size = exchange->body_size,
         .query = query,

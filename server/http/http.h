@@ -19,6 +19,7 @@ struct request {
     const char *path;            /* as sent, without the query */
     const char *idempotency_key; /* header, or NULL */
     const char *content_type;    /* header, or NULL */
+    const char *authorization;   /* header, or NULL; a secret */
     const char *body;            /* NUL-terminated for convenience; size counts */
     size_t body_size;
     const struct request_query *query;

@@ -19,6 +19,8 @@ static const struct {
     [PROBLEM_BAD_REQUEST] = {400, TYPE "bad-request", "The request cannot be understood"},
     [PROBLEM_QUERY] = {400, TYPE "bad-query", "The query parameters cannot be accepted"},
     [PROBLEM_NOT_JSON] = {400, TYPE "not-json", "The body is not JSON"},
+    [PROBLEM_WHO] = {401, TYPE "unauthenticated", "This needs a token"},
+    [PROBLEM_ROLE] = {403, TYPE "not-allowed", "This token does not allow this"},
     [PROBLEM_FORBIDDEN] = {403, TYPE "forbidden", "Not from here"},
     [PROBLEM_NOT_FOUND] = {404, TYPE "not-found", "There is no such thing"},
     [PROBLEM_METHOD] = {405, TYPE "method-not-allowed", "This path has no such method"},

@@ -16,6 +16,8 @@ enum problem {
     PROBLEM_BAD_REQUEST,
     PROBLEM_QUERY, /* faults name query parameters instead of JSON pointers */
     PROBLEM_NOT_JSON,
+    PROBLEM_WHO,  /* no token, or none that is good */
+    PROBLEM_ROLE, /* a good token of somebody who may not do this */
     PROBLEM_FORBIDDEN,
     PROBLEM_NOT_FOUND,
     PROBLEM_METHOD,

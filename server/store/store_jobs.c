@@ -39,6 +39,7 @@ void job_record_fini(struct job_record *record)
     free(record->job);
     free(record->derived);
     free(record->error);
+    ticket_fini(&record->ticket);
     record->job = record->derived = record->error = NULL;
 }
 
@@ -54,11 +55,13 @@ void job_records_free(struct job_record *records, size_t count)
 /* The columns of a record, in the order read_record wants them. */
 #define RECORD_COLUMNS                                                                             \
     "seq, id, hash, state, submitted_ms, started_ms, finished_ms, chunks, chunks_done, job, "      \
-    "derived, error"
+    "derived, error, owner, priority, label, "                                                     \
+    "(SELECT group_concat(tag, ' ') FROM job_tags WHERE job_tags.job = seq)"
 
 static void read_record(struct stmt *row, struct job_record *record)
 {
     char *id = stmt_text(row, 1), *state = stmt_text(row, 3);
+    char *owner = stmt_text(row, 12);
     size_t hash_size = 0;
     void *hash = stmt_blob(row, 2, &hash_size);
 
@@ -72,15 +75,20 @@ static void read_record(struct stmt *row, struct job_record *record)
         .job = stmt_text(row, 9),
         .derived = stmt_text(row, 10),
         .error = stmt_text(row, 11),
+        .ticket = {.priority = (int)stmt_integer(row, 13),
+                   .label = stmt_text(row, 14),
+                   .tags = stmt_text(row, 15)},
     };
-    if (!row->status && id && hash_size == JOB_HASH_SIZE && state &&
+    if (!row->status && id && owner && hash_size == JOB_HASH_SIZE && state &&
         job_state_parse(state, &record->state)) {
         snprintf(record->id, sizeof record->id, "%s", id);
+        snprintf(record->ticket.owner, sizeof record->ticket.owner, "%s", owner);
         memcpy(record->hash, hash, JOB_HASH_SIZE);
     } else if (!row->status) {
         row->status = store_fault(row->db, SQLITE_CORRUPT, row->sql);
     }
     free(hash);
+    free(owner);
     free(state);
     free(id);
     if (row->status)
@@ -191,15 +199,48 @@ static enum store_status find_live(sqlite3 *db, const struct job_new *job,
                                    struct job_record *record)
 {
     struct stmt row = stmt_init(db, "SELECT " RECORD_COLUMNS " FROM jobs WHERE hash = :hash"
-                                    " AND state IN ('queued', 'running', 'done')");
+                                    " AND state IN ('queued', 'running', 'done')"
+                                    " AND superseded = 0");
 
     stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
     return read_one(&row, record);
 }
 
+/* tags: one space between two. */
+static enum store_status insert_tags(sqlite3 *db, const char *tags, int64_t seq)
+{
+    enum store_status status = STORE_OK;
+
+    while (tags && status == STORE_OK) {
+        struct stmt row = stmt_init(db, "INSERT INTO job_tags (job, tag)"
+                                        " VALUES (:job, substr(:tags, 1, :length))");
+        size_t length = strcspn(tags, " ");
+
+        stmt_bind_integer(&row, ":job", seq);
+        stmt_bind_text(&row, ":tags", tags);
+        stmt_bind_integer(&row, ":length", (int64_t)length);
+        status = stmt_run(&row, NULL);
+        tags = tags[length] ? tags + length + 1 : NULL;
+    }
+    return status;
+}
+
+/* A job that stands makes way for one that is run anew. */
+static enum store_status supersede(sqlite3 *db, const struct job_new *job)
+{
+    struct stmt row = stmt_init(db, "UPDATE jobs SET superseded = 1 WHERE hash = :hash"
+                                    " AND state IN ('queued', 'running', 'done')"
+                                    " AND superseded = 0");
+
+    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
+    return stmt_run(&row, NULL);
+}
+
 static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
                                     struct job_record *record)
 {
+    static const struct ticket local = {.owner = OWNER_LOCAL};
+    const struct ticket *ticket = job->ticket ? job->ticket : &local;
     char id[JOB_ID_SIZE];
     enum store_status status = make_id(id);
     struct stmt row;
@@ -209,9 +250,14 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
         return status;
     /* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
      * CHECK with this function.) */
-    row = stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived)"
-                        " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived"
+    row = stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived,"
+                        " owner, priority, label)"
+                        " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived,"
+                        " :owner, :priority, :label"
                         " WHERE json_valid(:job) AND json_valid(:derived)");
+    stmt_bind_text(&row, ":owner", ticket->owner);
+    stmt_bind_integer(&row, ":priority", ticket->priority);
+    stmt_bind_text(&row, ":label", ticket->label);
     stmt_bind_text(&row, ":id", id);
     stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
     stmt_bind_integer(&row, ":now", store_now_ms());
@@ -221,6 +267,8 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
     status = stmt_run(&row, &changes);
     if (status == STORE_OK && changes == 0)
         status = store_fault(db, SQLITE_MISMATCH, "a job that is no JSON");
+    if (status == STORE_OK && ticket->tags)
+        status = insert_tags(db, ticket->tags, sqlite3_last_insert_rowid(db));
     return status ? status : find_id(db, id, record);
 }
 
@@ -245,8 +293,10 @@ enum store_status store_jobs_insert(struct store *store, const struct job_new *j
         return status;
     status = find_key(db, job, &found);
     known_key = status == STORE_OK;
-    if (status == STORE_NOT_FOUND)
+    if (status == STORE_NOT_FOUND && !job->force)
         status = find_live(db, job, &found);
+    else if (status == STORE_NOT_FOUND && (status = supersede(db, job)) == STORE_OK)
+        status = STORE_NOT_FOUND;
     stands = status == STORE_OK;
     if (status == STORE_NOT_FOUND)
         status = insert_row(db, job, &found);

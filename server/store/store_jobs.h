@@ -11,12 +11,13 @@
 #define STORE_JOBS_H
 
 #include "store.h"
+#include "ticket.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 enum job_state { JOB_QUEUED, JOB_RUNNING, JOB_DONE, JOB_FAILED, JOB_CANCELLED, JOB_STATES };
-const char *job_state_name(enum job_state state);            /* "queued", ... */
+const char *job_state_name(enum job_state state); /* "queued", ... */
 bool job_state_parse(const char *name, enum job_state *state);
 
 enum { JOB_ID_SIZE = 24, JOB_HASH_SIZE = 32 };
@@ -24,15 +25,16 @@ enum { JOB_ID_SIZE = 24, JOB_HASH_SIZE = 32 };
 /* A row as users see it. Times are milliseconds since 1970 UTC, 0 = not yet. The texts are JSON
  * as made by scene_json.c when the job was accepted. */
 struct job_record {
-    int64_t seq;               /* order of submission: the keyset cursor */
-    char id[JOB_ID_SIZE];      /* [a-z0-9-]+ */
+    int64_t seq;          /* order of submission: the keyset cursor */
+    char id[JOB_ID_SIZE]; /* [a-z0-9-]+ */
     unsigned char hash[JOB_HASH_SIZE];
     enum job_state state;
     int64_t submitted_ms, started_ms, finished_ms;
     int64_t chunks, chunks_done;
-    char *job;                 /* the job as completed with defaults */
-    char *derived;             /* what the engine derived from it */
-    char *error;               /* NULL or why it failed */
+    char *job;            /* the job as completed with defaults */
+    char *derived;        /* what the engine derived from it */
+    char *error;          /* NULL or why it failed */
+    struct ticket ticket; /* of the first who wanted it */
 };
 void job_record_fini(struct job_record *record);
 void job_records_free(struct job_record *records, size_t count);
@@ -43,6 +45,8 @@ struct job_new {
     const char *job, *derived;
     int64_t chunks;
     const char *idempotency_key;
+    const struct ticket *ticket; /* borrowed; NULL = of OWNER_LOCAL, and nothing more */
+    bool force;                  /* run anew although the same job stands; the new one then does */
 };
 
 /* On disk when it returns STORE_OK. When a job with this hash is queued, running or done already,

@@ -197,6 +197,89 @@ static void submit_and_look(void **state)
     assert_string_not_equal(id, other);
 }
 
+/* Label, tags, priority and owner hang on the job and are none of its physics. */
+static void tickets(void **state)
+{
+    struct fixture *f = *state;
+    char id[JOB_ID_SIZE], other[JOB_ID_SIZE];
+    assert_int_equal(ask(f, "POST", "/v1/jobs",
+                         JOB(",\"label\":\"a \\\"b\\\"\",\"tags\":[\"x\",\"a.B-1\",\"x\"],"
+                             "\"priority\":-7")),
+                     202);
+    take_id(f, id);
+    assert_says(f, "\"owner\":\"local\",\"label\":\"a \\\"b\\\"\",\"tags\":[\"a.B-1\",\"x\"],"
+                   "\"priority\":-7,");
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"label\":\"another\"")), 200);
+    take_id(f, other);
+    assert_string_equal(id, other);
+    assert_says(f, "\"label\":\"a \\\"b\\\"\"");
+    assert_int_equal(ask(f, "POST", "/v1/estimate", JOB(",\"label\":\"a\"")), 200);
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"seed\":2,\"tags\":[],\"label\":null")),
+                     202);
+    assert_says(f, "\"label\":null,\"tags\":[],\"priority\":0,");
+}
+
+static void faulty_tickets(void **state)
+{
+    static const char *const cases[][2] = {
+        {JOB(",\"priority\":101"), "/priority"},
+        {JOB(",\"priority\":-101"), "/priority"},
+        {JOB(",\"priority\":1.5"), "/priority"},
+        {JOB(",\"priority\":\"1\""), "/priority"},
+        {JOB(",\"label\":1"), "/label"},
+        {JOB(",\"tags\":\"a\""), "/tags"},
+        {JOB(",\"tags\":[\"a\",\"b c\"]"), "/tags/1"},
+        {JOB(",\"tags\":[\"\"]"), "/tags/0"},
+        {JOB(",\"tags\":[7]"), "/tags/0"},
+        {JOB(",\"tags\":[\"0123456789012345678901234567890123456789012345678901234567890123a\"]"),
+         "/tags/0"},
+        {JOB(",\"tags\":[1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17]"), "/tags"},
+    };
+    struct fixture *f = *state;
+    char job[1024], label[LIMIT_LABEL_CHARACTERS_MAX + 2] = "";
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        char pointer[64];
+        assert_int_equal(ask(f, "POST", "/v1/jobs", cases[i][0]), 422);
+        snprintf(pointer, sizeof(pointer), "{\"pointer\":\"%s\",", cases[i][1]);
+        assert_says(f, pointer);
+    }
+    memset(label, 'x', sizeof(label) - 1);
+    snprintf(job, sizeof(job), JOB(",\"label\":\"%s\""), label);
+    assert_int_equal(ask(f, "POST", "/v1/jobs", job), 422);
+    label[LIMIT_LABEL_CHARACTERS_MAX] = '\0';
+    snprintf(job, sizeof(job), JOB(",\"label\":\"%s\""), label);
+    assert_int_equal(ask(f, "POST", "/v1/jobs", job), 202);
+}
+
+static int submit_force(struct fixture *f, const char *name, const char *value)
+{
+    const struct request_query query = {name, value};
+    const struct request request = {.method = "POST",
+                                    .path = "/v1/jobs",
+                                    .body = JOB(""),
+                                    .body_size = strlen(JOB("")),
+                                    .query = &query,
+                                    .query_count = 1};
+    return send_request(f, &request);
+}
+
+static void forced_jobs(void **state)
+{
+    struct fixture *f = *state;
+    char id[JOB_ID_SIZE], other[JOB_ID_SIZE], third[JOB_ID_SIZE];
+    assert_int_equal(submit_force(f, "force", "true"), 202);
+    take_id(f, id);
+    assert_int_equal(submit_force(f, "force", "false"), 200);
+    assert_int_equal(submit_force(f, "force", "true"), 202);
+    take_id(f, other);
+    assert_string_not_equal(id, other);
+    assert_int_equal(ask(f, "POST", "/v1/jobs", JOB("")), 200); /* the newer one stands */
+    take_id(f, third);
+    assert_string_equal(other, third);
+    assert_int_equal(submit_force(f, "force", "yes"), 400);
+    assert_int_equal(submit_force(f, "farce", "true"), 400);
+}
+
 static void cancel(void **state)
 {
     struct fixture *f = *state;
@@ -427,6 +510,9 @@ int main(void)
         TEST(queries_where_none_belong),
         TEST(service_pages),
         TEST(submit_and_look),
+        TEST(tickets),
+        TEST(faulty_tickets),
+        TEST(forced_jobs),
         TEST(cancel),
         TEST(idempotency_keys),
         TEST(media_types),

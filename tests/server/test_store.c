@@ -6,6 +6,7 @@
 #include "store_internal.h"
 #include "store_results.h"
 
+#include <glob.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -174,19 +175,31 @@ static void refuses_a_file_as_directory(void **state)
     assert_refused(&wrong, "not a directory");
 }
 
-/* The first migration as it is, and a second one that changes something. */
-static enum store_status open_with(struct bench *bench, const char *second, char *reason)
-{
-    static char first[32768];
-    struct migration migrations[2] = {{"001_jobs.sql", first}, {"002_test.sql", second}};
-    struct store_schema schema = {migrations, second ? 2 : 1};
-    FILE *file = fopen("schema/001_jobs.sql", "r");
-    size_t length;
+enum { MIGRATIONS_MAX = 64 };
 
-    assert_non_null(file); /* tests run from the project's root */
-    length = fread(first, 1, sizeof first - 1, file);
-    first[length] = '\0';
-    fclose(file);
+/* The migrations as they are, how many tells *count, and a last one that changes something. */
+static enum store_status open_with(struct bench *bench, const char *last, size_t *count,
+                                   char *reason)
+{
+    static char text[MIGRATIONS_MAX][32768];
+    struct migration migrations[MIGRATIONS_MAX + 1];
+    struct store_schema schema = {migrations, 0};
+    glob_t files;
+
+    assert_int_equal(glob("schema/[0-9]*.sql", 0, NULL, &files), 0); /* run from the root */
+    assert_true(files.gl_pathc <= MIGRATIONS_MAX);
+    for (size_t i = 0; i < files.gl_pathc; i++) {
+        FILE *file = fopen(files.gl_pathv[i], "r");
+
+        assert_non_null(file);
+        text[i][fread(text[i], 1, sizeof text[i] - 1, file)] = '\0';
+        fclose(file);
+        migrations[i] = (struct migration){"as it is", text[i]};
+    }
+    migrations[files.gl_pathc] = (struct migration){"test.sql", last};
+    *count = files.gl_pathc;
+    schema.count = files.gl_pathc + (last != NULL);
+    globfree(&files);
     store_close(bench->store);
     bench->store = NULL;
     return store_open_schema(&bench->store, bench->dir, &schema, reason, 512);
@@ -196,24 +209,26 @@ static void migrates_after_a_backup(void **state)
 {
     struct bench *bench = *state;
     char id[JOB_ID_SIZE], path[TEMP_DIR_SIZE + 32], reason[512] = "";
+    size_t version;
     sqlite3 *backup;
     struct stmt row;
 
     temp_dir_remove(bench->dir);
-    assert_int_equal(open_with(bench, NULL, reason), STORE_OK);
+    assert_int_equal(open_with(bench, NULL, &version, reason), STORE_OK);
     bench_insert(bench->store, 1, "{\"particles\":5}", id);
-    assert_int_equal(open_with(bench, "ALTER TABLE jobs ADD COLUMN label TEXT", reason), STORE_OK);
-    assert_int_equal(bench_number(bench->store, "PRAGMA user_version"), 2);
-    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM jobs WHERE label IS NULL"),
+    assert_int_equal(open_with(bench, "ALTER TABLE jobs ADD COLUMN extra TEXT", &version, reason),
+                     STORE_OK);
+    assert_int_equal(bench_number(bench->store, "PRAGMA user_version"), version + 1);
+    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM jobs WHERE extra IS NULL"),
                      1);
     assert_int_equal(bench_state(bench->store, id), JOB_QUEUED);
 
-    snprintf(path, sizeof path, "%s/bcd.sqlite.v1.bak", bench->dir);
+    snprintf(path, sizeof path, "%s/bcd.sqlite.v%zu.bak", bench->dir, version);
     assert_int_equal(sqlite3_open_v2(path, &backup, SQLITE_OPEN_READONLY, NULL), SQLITE_OK);
     row = stmt_init(backup, "SELECT user_version FROM pragma_user_version"
                             " WHERE (SELECT count(*) FROM jobs) = 1");
     assert_true(stmt_step(&row));
-    assert_int_equal(stmt_integer(&row, 0), 1);
+    assert_int_equal(stmt_integer(&row, 0), version);
     assert_int_equal(stmt_fini(&row), STORE_OK);
     sqlite3_close(backup);
 }
@@ -222,16 +237,17 @@ static void a_failed_migration_changes_nothing(void **state)
 {
     struct bench *bench = *state;
     char id[JOB_ID_SIZE], reason[512] = "";
+    size_t version;
 
     temp_dir_remove(bench->dir);
-    assert_int_equal(open_with(bench, NULL, reason), STORE_OK);
+    assert_int_equal(open_with(bench, NULL, &version, reason), STORE_OK);
     bench_insert(bench->store, 1, "{\"particles\":5}", id);
-    assert_int_equal(
-        open_with(bench, "CREATE TABLE extra (a INT) STRICT; DROP TABLE nothing;", reason),
-        STORE_BROKEN);
-    assert_non_null(strstr(reason, "002_test.sql"));
-    assert_int_equal(open_with(bench, NULL, reason), STORE_OK);
-    assert_int_equal(bench_number(bench->store, "PRAGMA user_version"), 1);
+    assert_int_equal(open_with(bench, "CREATE TABLE extra (a INT) STRICT; DROP TABLE nothing;",
+                               &version, reason),
+                     STORE_BROKEN);
+    assert_non_null(strstr(reason, "test.sql"));
+    assert_int_equal(open_with(bench, NULL, &version, reason), STORE_OK);
+    assert_int_equal(bench_number(bench->store, "PRAGMA user_version"), version);
     assert_int_equal(
         bench_number(bench->store, "SELECT count(*) FROM sqlite_schema WHERE name = 'extra'"), 0);
     assert_int_equal(bench_state(bench->store, id), JOB_QUEUED);
