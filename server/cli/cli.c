@@ -1,95 +1,84 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * bcd, the command line: main and the table of subcommands.
+ * bcd, the command line: main and the list of commands.
  */
 #include "cli.h"
 #include "record_json.h"
 
 #include <gsl/gsl_errno.h>
 
-#include <stdio.h>
 #include <string.h>
 
-static const struct cli_command commands[] = {
-    {.name = "run",
-     .usage = "JOB.json [--workers N] [--csv OBSERVABLE | --svg OBSERVABLE | --record] [--quiet]",
-     .doc =
-         "runs a job and prints its results as JSON\n"
-         "The numbers are those of the service, bit for bit, whatever the number of workers.\n"
-         "\n"
-         "  JOB.json          the job; - reads it from stdin\n"
-         "  --workers N       threads (default: all cores)\n"
-         "  --csv OBSERVABLE  prints this observable as CSV instead\n"
-         "  --svg OBSERVABLE  prints this observable as a picture instead\n"
-         "  --record          prints {\"job\", \"derived\", \"results\"}\n"
-         "  --quiet           no progress bar (there is none either unless stderr is a "
-         "terminal)\n"
-         "\n"
-         "Exit status: 0 done, 1 the job is wrong or failed, 2 wrong command line, 130 ended by\n"
-         "Ctrl-C.",
-     .function = cli_run},
-    {.name = "check",
-     .usage = "JOB.json",
-     .doc = "checks a job without running it\n"
-            "Prints the job completed with its defaults, what follows from it, and an estimate of\n"
-            "memory and time: {\"job\", \"derived\", \"estimate\"}. All faults go to stderr, each "
-            "with the\n"
-            "JSON pointer of its field; the exit status is then 1.",
-     .function = cli_check},
-    {.name = "theory",
-     .usage = "JOB.json",
-     .doc = "prints the exact references of a job\n"
-            "For each observable the exact values on its own bins or lags: \"theory\" is the ring "
-            "of N\n"
-            "rods that a simulation samples, \"infinite\" the infinite system at the same density; "
-            "null\n"
-            "with a reason where there is none.",
-     .function = cli_theory},
-    {.name = "report",
-     .usage = "NAME [options]",
-     .doc = "runs many jobs and judges them together\n"
-            "bcd report NAME --help tells more. The reports:",
-     .function = cli_report},
-    {.name = "bench",
-     .usage = "[--json FILE]",
-     .doc = "measures what a step costs, per method and scene\n"
-            "Nanoseconds of one core per rod and step, and the ratio to drawing the noise and\n"
-            "evaluating the force alone, measured in turns with it; 10 to 10^7 rods, medians with\n"
-            "standard errors, bytes per rod. Then what a second worker gains and what observables\n"
-            "cost. On a shared machine trust the ratio. About three minutes.",
-     .function = cli_bench},
-    {0},
+/* In the order of the documentation. */
+static const struct cli_command *const commands[] = {
+    &cli_run_command,    &cli_check_command, &cli_theory_command,
+    &cli_report_command, &cli_bench_command, NULL,
 };
 
 static const struct cli_command *find(const char *name)
 {
-    for (const struct cli_command *command = commands; command->name; command++)
-        if (strcmp(command->name, name) == 0)
-            return command;
+    for (size_t i = 0; commands[i]; i++)
+        if (strcmp(commands[i]->name, name) == 0)
+            return commands[i];
+    return NULL;
+}
+
+static const struct cli_command *find_part(const struct cli_command *command, const char *name)
+{
+    for (size_t i = 0; command->parts[i]; i++)
+        if (strcmp(strchr(command->parts[i]->name, ' ') + 1, name) == 0)
+            return command->parts[i];
     return NULL;
 }
 
 static void usage(FILE *out)
 {
     fputs("usage: bcd COMMAND ...\n\n", out);
-    for (const struct cli_command *command = commands; command->name; command++)
-        fprintf(out, "  %-8s %.*s\n", command->name, (int)strcspn(command->doc, "\n"),
-                command->doc);
+    for (size_t i = 0; commands[i]; i++)
+        fprintf(out, "  %-10s %s\n", commands[i]->name, commands[i]->doc);
     fputs("\nbcd help COMMAND tells more; bcd --version tells the version.\n", out);
 }
 
 static int help(int argc, char **argv)
 {
     const struct cli_command *command = argc > 2 ? find(argv[2]) : NULL;
+    if (command && command->parts && argc > 3)
+        command = find_part(command, argv[3]);
     if (command)
         return cli_help(command);
     if (argc > 2) {
-        fprintf(stderr, "bcd: there is no command \"%s\"\n", argv[2]);
+        fprintf(stderr, "bcd: there is no command \"%s%s%s\"\n", argv[2], argc > 3 ? " " : "",
+                argc > 3 ? argv[3] : "");
         usage(stderr);
         return CLI_USAGE;
     }
     usage(stdout);
     return CLI_OK;
+}
+
+static bool asks_help(const char *word)
+{
+    return strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0;
+}
+
+static int run(const struct cli_command *command, int argc, char **argv)
+{
+    struct cli_line line;
+    bool wants_help = false;
+    if (command->parts) {
+        const char *name = argc > 1 ? argv[1] : "";
+        const struct cli_command *part = find_part(command, name);
+        if (part)
+            return run(part, argc - 1, argv + 1);
+        if (asks_help(name))
+            return cli_help(command);
+        return *name ? cli_wrong(command, "there is no %s \"%s\"", command->name, name)
+                     : cli_wrong(command, "which %s?", command->name);
+    }
+    int status = cli_line_read(command, argc, argv, &line, &wants_help);
+    if (wants_help)
+        return cli_help(command);
+    return status == CLI_OK ? command->function(&line) : status;
 }
 
 int main(int argc, char **argv)
@@ -99,12 +88,12 @@ int main(int argc, char **argv)
     gsl_set_error_handler_off(); /* its own would abort the process */
     record_json_seed();
     if (command)
-        return command->function(command, argc - 1, argv + 1);
+        return run(command, argc - 1, argv + 1);
     if (strcmp(name, "--version") == 0) {
         puts("bcd " BCD_VERSION);
         return CLI_OK;
     }
-    if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0 || strcmp(name, "help") == 0)
+    if (asks_help(name) || strcmp(name, "help") == 0)
         return help(argc, argv);
     if (*name)
         fprintf(stderr, "bcd: there is no command \"%s\"\n", name);

@@ -24,7 +24,7 @@ static const int64_t sizes[] = {10, 100, 1000, 10000, 100000, 1000000, 10000000}
 
 enum {
     SIZES = sizeof sizes / sizeof *sizes,
-    LONG_SIZE = 100000,    /* larger ones for the methods that `auto` may choose and bcd */
+    LONG_SIZE = 100000, /* larger ones for the methods that `auto` may choose and bcd */
     LARGEST_SIZE = 10000000,
 };
 
@@ -76,8 +76,7 @@ static void add_entry(struct text *json, const struct bench_case *which,
     text_add(json,
              "{\"scene\":\"%s\",\"method\":\"%s\",\"particles\":%lld,\"realizations\":1,"
              "\"threads\":1,\"warm_steps\":%lld",
-             which->scene, which->method, (long long)which->particles,
-             (long long)step->warm_steps);
+             which->scene, which->method, (long long)which->particles, (long long)step->warm_steps);
     add_number(json, "ns_per_particle_step", ns);
     add_number(json, "ns_stderr", timing->ns_stderr[1] / n);
     add_number(json, "ratio_to_noise_and_force", timing->ratio);
@@ -125,8 +124,8 @@ static enum bench_outcome measure_sizes(struct text *json, const char *scene, co
         if (step.timing.ns[1] > BENCH_TICK_NS_MAX)
             outcome = BENCH_TOO_SLOW;
         else
-            outcome = bench_step_measure(&which, sizes[i] < LARGEST_SIZE ? &bench_usual : &brief,
-                                         &step);
+            outcome =
+                bench_step_measure(&which, sizes[i] < LARGEST_SIZE ? &bench_usual : &brief, &step);
         if (outcome == BENCH_DONE) {
             sweep->tick[i] = step.timing.ns[1];
             sweep->ratio[i] = step.timing.ratio;
@@ -173,8 +172,8 @@ static void add_published(struct text *json, const char *scene, const char *meth
         if (sweeps[0].ratio[i] == 0 || sweeps[1].ratio[i] == 0)
             continue;
         double times = sweeps[1].ratio[i] / sweeps[0].ratio[i];
-        printf("%-8s %-18s %9lld %9.2f times the cost of bcd\n", scene, method,
-               (long long)sizes[i], times);
+        printf("%-8s %-18s %9lld %9.2f times the cost of bcd\n", scene, method, (long long)sizes[i],
+               times);
         add_separator(json);
         text_add(json, "{\"scene\":\"%s\",\"method\":\"%s\",\"particles\":%lld", scene, method,
                  (long long)sizes[i]);
@@ -246,8 +245,7 @@ static bool measure_observables(struct text *json)
         for (size_t r = 0; r < 2; r++)
             for (size_t o = 0; bench_observable_name(o); o++) {
                 struct bench_timing t = {0};
-                enum bench_outcome outcome =
-                    bench_observable_measure(o, methods[m], rods[r], &t);
+                enum bench_outcome outcome = bench_observable_measure(o, methods[m], rods[r], &t);
                 good = good && outcome == BENCH_DONE;
                 printf("%-8s %-18s %9lld %9.2f %7.1f %%\n", methods[m], bench_observable_name(o),
                        (long long)rods[r], t.ns[1] / (double)rods[r], 100 * (t.ratio - 1));
@@ -331,17 +329,15 @@ static void add_section(struct text *json, const char *name, struct text *sectio
     free(items);
 }
 
-int cli_bench(const struct cli_command *self, int argc, char **argv)
+static int bench(const struct cli_line *line)
 {
-    const char *path = argc == 3 && strcmp(argv[1], "--json") == 0 ? argv[2] : NULL;
-    if (argc != 1 && !path)
-        return cli_wrong(self, "only --json FILE is known");
+    const char *path = cli_value(line, "json");
     struct sections steps = {0};
     struct text scaling = {0}, observables = {0}, leave_out = {0}, json = {0};
     struct text *const sections[] = {&steps.entries, &steps.growth, &steps.published,
                                      &scaling,       &observables,  &leave_out};
-    static const char *const names[] = {"entries",     "growth",    "published", "scaling",
-                                        "observables", "leave_out"};
+    static const char *const names[] = {"entries", "growth",      "published",
+                                        "scaling", "observables", "leave_out"};
     cpu_set_t all;
     bool good = true;
     for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
@@ -364,3 +360,20 @@ int cli_bench(const struct cli_command *self, int argc, char **argv)
     free(text);
     return good ? status : CLI_FAILED;
 }
+
+static const struct cli_option options[] = {
+    {.name = "json", .value = "FILE", .doc = "writes the numbers there too"},
+    {0},
+};
+
+const struct cli_command cli_bench_command = {
+    .name = "bench",
+    .operands = "",
+    .doc = "measures what a step costs, per method and scene",
+    .text = "Nanoseconds of one core per rod and step, and the ratio to drawing the noise and\n"
+            "evaluating the force alone, measured in turns with it; 10 to 10^7 rods, medians with\n"
+            "standard errors, bytes per rod. Then what a second worker gains and what observables\n"
+            "cost. On a shared machine trust the ratio. About three minutes.",
+    .options = options,
+    .function = bench,
+};

@@ -1,46 +1,37 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli_job.c - what subcommands share; see cli.h. */
 #include "cli.h"
+#include "cli_simulate.h"
 #include "limits.h"
 #include "scene_json.h"
 
 #include <errno.h>
 #include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static char *read_file(const char *path, size_t *size);
 static void print_faults(const char *path, const struct bcd_errors *errors);
 
-int cli_help(const struct cli_command *self)
-{
-    printf("usage: bcd %s %s\n\n%s\n", self->name, self->usage, self->doc);
-    return CLI_OK;
-}
-
-int cli_wrong(const struct cli_command *self, const char *format, ...)
+int cli_wrong(const struct cli_command *command, const char *format, ...)
 {
     va_list arguments;
-    fprintf(stderr, "bcd %s: ", self->name);
+    fprintf(stderr, "bcd %s: ", command->name);
     va_start(arguments, format);
     vfprintf(stderr, format, arguments);
     va_end(arguments);
-    fprintf(stderr, "\nusage: bcd %s %s\n", self->name, self->usage);
+    fputc('\n', stderr);
+    cli_usage(stderr, command);
     return CLI_USAGE;
 }
 
-int cli_wrong_option(const struct cli_command *self, int c, const char *word)
+int cli_workers(const struct cli_line *line, int64_t *workers)
 {
-    return c == ':' ? cli_wrong(self, "%s needs a value", word)
-                    : cli_wrong(self, "%s is no option", word);
-}
-
-int cli_parse_workers(const struct cli_command *self, const char *text, int64_t *workers)
-{
-    if (cli_parse_integer(text, 1, LIMIT_WORKERS_MAX, workers))
+    const char *text = cli_value(line, "workers");
+    *workers = cli_cores();
+    if (!text || cli_parse_integer(text, 1, LIMIT_WORKERS_MAX, workers))
         return CLI_OK;
-    return cli_wrong(self, "--workers must be 1 to %d, not \"%s\"", LIMIT_WORKERS_MAX, text);
+    return cli_wrong(line->command, "--workers must be 1 to %d, not \"%s\"", LIMIT_WORKERS_MAX,
+                     text);
 }
 
 bool cli_parse_integer(const char *text, int64_t min, int64_t max, int64_t *value)
@@ -58,7 +49,7 @@ int cli_load_job(const char *path, struct bcd_scene **scene)
 {
     struct bcd_errors errors = {0};
     size_t size;
-    char *text = read_file(path, &size);
+    char *text = cli_read_file(path, &size);
     if (!text)
         return CLI_FAILED;
     enum bcd_status status = scene_json_parse(text, size, scene, &errors);
@@ -70,6 +61,36 @@ int cli_load_job(const char *path, struct bcd_scene **scene)
     else
         fprintf(stderr, "bcd: %s: %s\n", path, bcd_status_text(status));
     return CLI_FAILED;
+}
+
+/* One byte more than allowed is enough for the reader to refuse it. */
+char *cli_read_file(const char *path, size_t *size)
+{
+    const size_t room = (size_t)LIMIT_BODY_BYTES_MAX + 1;
+    FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
+    char *text = malloc(room + 1);
+    bool good = file && text;
+    if (good) {
+        *size = fread(text, 1, room, file);
+        text[*size] = '\0';
+        good = !ferror(file);
+    }
+    if (!good) {
+        fprintf(stderr, "bcd: %s cannot be read: %s\n", path, strerror(errno));
+        free(text);
+        text = NULL;
+    }
+    if (file && file != stdin)
+        fclose(file);
+    return text;
+}
+
+void cli_put_clean(FILE *out, const char *text)
+{
+    for (; *text; text++) {
+        bool control = (unsigned char)*text < 0x20 || *text == 0x7F;
+        fputc(control ? '?' : *text, out);
+    }
 }
 
 int cli_print_take(char *text)
@@ -87,45 +108,15 @@ int cli_print_take(char *text)
     return CLI_FAILED;
 }
 
-/* One byte more than allowed is enough for the reader to refuse it. */
-static char *read_file(const char *path, size_t *size)
-{
-    const size_t room = (size_t)LIMIT_BODY_BYTES_MAX + 1;
-    FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
-    char *text = malloc(room);
-    bool good = file && text;
-    if (good) {
-        *size = fread(text, 1, room, file);
-        good = !ferror(file);
-    }
-    if (!good) {
-        fprintf(stderr, "bcd: %s cannot be read: %s\n", path, strerror(errno));
-        free(text);
-        text = NULL;
-    }
-    if (file && file != stdin)
-        fclose(file);
-    return text;
-}
-
-/* The words may quote the job: control characters must not reach a terminal. */
-static void print_clean(const char *text)
-{
-    for (; *text; text++) {
-        bool control = (unsigned char)*text < 0x20 || *text == 0x7F;
-        fputc(control ? '?' : *text, stderr);
-    }
-}
-
 static void print_faults(const char *path, const struct bcd_errors *errors)
 {
     size_t all = errors->count + errors->dropped;
     fprintf(stderr, "bcd: %s: %zu fault%s\n", path, all, all == 1 ? "" : "s");
     for (size_t i = 0; i < errors->count; i++) {
         fputs("  ", stderr);
-        print_clean(errors->items[i].field[0] ? errors->items[i].field : "the job");
+        cli_put_clean(stderr, errors->items[i].field[0] ? errors->items[i].field : "the job");
         fputs(": ", stderr);
-        print_clean(errors->items[i].text);
+        cli_put_clean(stderr, errors->items[i].text);
         fputc('\n', stderr);
     }
     if (errors->dropped > 0)

@@ -16,7 +16,6 @@
 #include "text.h"
 
 #include <errno.h>
-#include <getopt.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +26,7 @@ enum { PANELS_MAX = 32, WORDS_SIZE = 96 };
 
 struct options {
     const char *out, *only, *method;
-    bool full, jobs, quiet, help;
+    bool full, jobs, quiet;
     int64_t workers;
 };
 
@@ -56,22 +55,19 @@ struct report {
     struct sheet sheet;
 };
 
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options);
+static int read_options(const struct cli_line *line, struct options *options);
 static int print_jobs(const struct options *options);
 static bool wanted(const struct report_scene *scene, const struct options *options);
 static bool figure_wanted(const struct options *options, const char *name);
 static int make_directory(const char *path);
 static int report_all(struct report *report);
 
-int cli_report_figures(const struct cli_command *self, int argc, char **argv)
+int cli_report_figures(const struct cli_line *line)
 {
     struct options options;
-    int status = parse_options(self, argc, argv, &options);
+    int status = read_options(line, &options);
     if (status != CLI_OK)
         return status;
-    if (options.help)
-        return cli_help(self);
     struct report *report = calloc(1, sizeof *report);
     if (!report)
         return cli_print_take(NULL);
@@ -80,7 +76,7 @@ int cli_report_figures(const struct cli_command *self, int argc, char **argv)
         report->scenes += wanted(report_scene(i), &options);
     if (report->scenes == 0 && !figure_wanted(&options, FORCE_NAME) &&
         !figure_wanted(&options, RUN_TIME_NAME))
-        status = cli_wrong(self, "no scene's name contains \"%s\"", options.only);
+        status = cli_wrong(line->command, "no scene's name contains \"%s\"", options.only);
     else if (options.jobs)
         status = print_jobs(&options);
     else
@@ -94,57 +90,16 @@ int cli_report_figures(const struct cli_command *self, int argc, char **argv)
 
 /* ----------------------------------------------------------------- options */
 
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options)
+static int read_options(const struct cli_line *line, struct options *options)
 {
-    static const struct option names[] = {
-        {"out", required_argument, NULL, 'o'},
-        {"only", required_argument, NULL, 'n'},
-        {"method", required_argument, NULL, 'm'},
-        {"full", no_argument, NULL, 'f'},
-        {"workers", required_argument, NULL, 'w'},
-        {"jobs", no_argument, NULL, 'j'},
-        {"quiet", no_argument, NULL, 'q'},
-        {"help", no_argument, NULL, 'h'},
-        {0},
-    };
-    int c;
-    *options = (struct options){.out = "figures", .workers = cli_cores()};
-    opterr = 0;
-    while ((c = getopt_long(argc, argv, ":hq", names, NULL)) != -1) {
-        switch (c) {
-        case 'o':
-            options->out = optarg;
-            break;
-        case 'n':
-            options->only = optarg;
-            break;
-        case 'm':
-            options->method = optarg;
-            break;
-        case 'f':
-            options->full = true;
-            break;
-        case 'w':
-            if (cli_parse_workers(self, optarg, &options->workers) != CLI_OK)
-                return CLI_USAGE;
-            break;
-        case 'j':
-            options->jobs = true;
-            break;
-        case 'q':
-            options->quiet = true;
-            break;
-        case 'h':
-            options->help = true;
-            return CLI_OK;
-        default:
-            return cli_wrong_option(self, c, argv[optind - 1]);
-        }
-    }
-    if (optind != argc)
-        return cli_wrong(self, "%s is no option", argv[optind]);
-    return CLI_OK;
+    const char *out = cli_value(line, "out");
+    *options = (struct options){.out = out ? out : "figures",
+                                .only = cli_value(line, "only"),
+                                .method = cli_value(line, "method"),
+                                .full = cli_given(line, "full"),
+                                .jobs = cli_given(line, "jobs"),
+                                .quiet = cli_given(line, "quiet")};
+    return cli_workers(line, &options->workers);
 }
 
 static bool wanted(const struct report_scene *scene, const struct options *options)
@@ -420,8 +375,8 @@ static int report_force(const struct report *report)
                    figure.least[g]);
         status = write_take(report->options, FORCE_NAME ".svg", force_figure_print(&figure));
         if (status == CLI_OK)
-            status = write_take(report->options, FORCE_NAME "-force.csv",
-                                table_csv_print(figure.force));
+            status =
+                write_take(report->options, FORCE_NAME "-force.csv", table_csv_print(figure.force));
         if (status == CLI_OK)
             status = write_take(report->options, FORCE_NAME "-largest.csv",
                                 table_csv_print(figure.largest));
@@ -436,8 +391,7 @@ static int report_run_time(const struct report *report)
     struct run_time_figure figure;
     int status = CLI_FAILED;
     if (run_time_figure_init(&figure)) {
-        status =
-            write_take(report->options, RUN_TIME_NAME ".svg", run_time_figure_print(&figure));
+        status = write_take(report->options, RUN_TIME_NAME ".svg", run_time_figure_print(&figure));
         if (status == CLI_OK)
             status =
                 write_take(report->options, RUN_TIME_NAME ".csv", run_time_figure_csv(&figure));
@@ -467,7 +421,7 @@ static int draw_sheet(const struct report *report, const struct sheet *sheet)
                                .rows = bands * kinds,
                                .columns = columns,
                                .panels = grid};
-    char *svg = !subtitle          ? NULL
+    char *svg = !subtitle        ? NULL
                 : is_msd(figure) ? print_msd(sheet, title, subtitle)
                                  : plot_figure_print(&plot);
     int status = write_take(report->options, name, svg);

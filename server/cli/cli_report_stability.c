@@ -10,7 +10,6 @@
 #include "text.h"
 
 #include <errno.h>
-#include <getopt.h>
 #include <math.h>
 #include <poll.h>
 #include <signal.h>
@@ -27,7 +26,6 @@ enum { CORE_SECONDS_MAX = 15, PATIENCE_MS = 300000 };
 
 struct options {
     const char *json, *only, *method;
-    bool help;
 };
 
 struct count {
@@ -68,8 +66,8 @@ static bool try_all(const struct options *options, FILE *json, struct count *cou
 {
     const struct stability_extreme *extreme;
     const char *method;
-    printf("%-34s %-17s %-12s %11s %9s %9s %9s\n", "extreme", "method", "verdict", "off", "+-",
-           "h", "time");
+    printf("%-34s %-17s %-12s %11s %9s %9s %9s\n", "extreme", "method", "verdict", "off", "+-", "h",
+           "time");
     for (size_t i = 0; (extreme = stability_extreme(i)) != NULL; i++) {
         if (options->only && !strstr(extreme->name, options->only))
             continue;
@@ -90,24 +88,16 @@ static bool try_all(const struct options *options, FILE *json, struct count *cou
     return true;
 }
 
-int cli_report_stability(const struct cli_command *self, int argc, char **argv)
+int cli_report_stability(const struct cli_line *line)
 {
-    struct options options = {0};
-    const struct cli_report_option names[] = {
-        {"json", &options.json, NULL},
-        {"only", &options.only, NULL},
-        {"method", &options.method, NULL},
-        {0},
-    };
+    const struct options options = {.json = cli_value(line, "json"),
+                                    .only = cli_value(line, "only"),
+                                    .method = cli_value(line, "method")};
     struct count count = {0};
     FILE *json = NULL;
-    int status = cli_report_parse(self, argc, argv, names, &options.help);
-    if (status != CLI_OK)
-        return status;
-    if (options.help)
-        return cli_help(self);
+    int status = CLI_OK;
     if (!asks_for_any(&options))
-        return cli_wrong(self, "there is no such extreme or method");
+        return cli_wrong(line->command, "there is no such extreme or method");
     if (options.json && !(json = begin_json(options.json)))
         return CLI_FAILED;
     hold_signals(SIG_BLOCK);
@@ -145,8 +135,12 @@ static bool asks_for_any(const struct options *options)
 
 static struct stability_result no_result(enum stability_verdict verdict, const char *words)
 {
-    struct stability_result result = {.verdict = verdict, .off = NAN, .stderror = NAN,
-                                      .time_step_error = NAN, .time_step = NAN, .time = NAN};
+    struct stability_result result = {.verdict = verdict,
+                                      .off = NAN,
+                                      .stderror = NAN,
+                                      .time_step_error = NAN,
+                                      .time_step = NAN,
+                                      .time = NAN};
     snprintf(result.words, sizeof result.words, "%s", words);
     return result;
 }

@@ -15,25 +15,22 @@
 
 struct options {
     const char *out, *json;
-    bool quiet, help;
+    bool quiet;
     struct work_precision_options measure;
 };
 
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options);
+static int read_options(const struct cli_line *line, struct options *options);
 static int measure(struct work_precision *report, const struct options *options);
 static int write_all(const struct work_precision *report, const struct options *options);
 
-int cli_report_work_precision(const struct cli_command *self, int argc, char **argv)
+int cli_report_work_precision(const struct cli_line *line)
 {
     struct options options;
-    int status = parse_options(self, argc, argv, &options);
+    int status = read_options(line, &options);
     if (status != CLI_OK)
         return status;
-    if (options.help)
-        return cli_help(self);
     if (!work_precision_known(&options.measure))
-        return cli_wrong(self, "there is no such scene or method");
+        return cli_wrong(line->command, "there is no such scene or method");
     if (options.out && mkdir(options.out, 0777) != 0 && errno != EEXIST) {
         fprintf(stderr, "bcd: directory %s cannot be made: %s\n", options.out, strerror(errno));
         return CLI_FAILED;
@@ -59,31 +56,21 @@ static bool parse_budget(const char *text, double *seconds)
     return end != text && *end == '\0' && *seconds >= 1e-3 && *seconds <= 1e4;
 }
 
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options)
+static int read_options(const struct cli_line *line, struct options *options)
 {
-    const char *scene = NULL, *method = NULL, *budget = NULL;
-    bool brief = false, full = false;
-    const struct cli_report_option names[] = {
-        {"out", &options->out, NULL},  {"json", &options->json, NULL},
-        {"short", NULL, &brief},       {"full", NULL, &full},
-        {"scene", &scene, NULL},       {"method", &method, NULL},
-        {"budget", &budget, NULL},     {"quiet", NULL, &options->quiet},
-        {0},
-    };
-    *options = (struct options){0};
-    int status = cli_report_parse(self, argc, argv, names, &options->help);
-    if (status != CLI_OK)
-        return status;
-    if (brief && full)
-        return cli_wrong(self, "either --short or --full");
-    options->measure = brief  ? WORK_PRECISION_SHORT
-                       : full ? WORK_PRECISION_FULL
-                              : WORK_PRECISION_DEFAULT;
-    options->measure.scene = scene;
-    options->measure.method = method;
+    const char *budget = cli_value(line, "budget");
+    *options = (struct options){.out = cli_value(line, "out"),
+                                .json = cli_value(line, "json"),
+                                .quiet = cli_given(line, "quiet"),
+                                .measure = WORK_PRECISION_DEFAULT};
+    if (cli_given(line, "short"))
+        options->measure = WORK_PRECISION_SHORT;
+    if (cli_given(line, "full"))
+        options->measure = WORK_PRECISION_FULL;
+    options->measure.scene = cli_value(line, "scene");
+    options->measure.method = cli_value(line, "method");
     if (budget && !parse_budget(budget, &options->measure.core_seconds))
-        return cli_wrong(self, "--budget is seconds from 0.001 to 10000, not %s", budget);
+        return cli_wrong(line->command, "--budget is seconds from 0.001 to 10000, not %s", budget);
     return CLI_OK;
 }
 

@@ -3,7 +3,6 @@
 #include "caption.h"
 #include "cli.h"
 #include "cli_simulate.h"
-#include "limits.h"
 #include "plot_svg.h"
 #include "record_json.h"
 #include "scene_json.h"
@@ -11,61 +10,44 @@
 #include "table_json.h"
 #include "text.h"
 
-#include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-struct options {
-    const char *path, *csv, *svg;
-    bool record, quiet, help;
-    int64_t workers;
-};
-
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options);
-static int find_observable(const struct cli_command *self, const struct bcd_scene *scene,
+static int find_observable(const struct cli_line *line, const struct bcd_scene *scene,
                            const char *name);
 static int print_results(const struct bcd_scene *scene, const struct bcd_tally *tally,
-                         const struct options *options);
+                         const struct cli_line *line);
 
-int cli_run(const struct cli_command *self, int argc, char **argv)
+static int run(const struct cli_line *line)
 {
-    struct options options;
     struct bcd_scene *scene = NULL;
     struct cli_simulation simulation = {0};
-    int status = parse_options(self, argc, argv, &options);
-    if (status != CLI_OK)
-        return status;
-    if (options.help)
-        return cli_help(self);
-    status = cli_load_job(options.path, &scene);
-    if (status == CLI_OK && options.csv)
-        status = find_observable(self, scene, options.csv);
-    if (status == CLI_OK && options.svg)
-        status = find_observable(self, scene, options.svg);
+    const char *csv = cli_value(line, "csv"), *svg = cli_value(line, "svg");
+    int status = cli_workers(line, &simulation.workers);
+    if (status == CLI_OK)
+        status = cli_load_job(line->operand[0], &scene);
+    if (status == CLI_OK && csv)
+        status = find_observable(line, scene, csv);
+    if (status == CLI_OK && svg)
+        status = find_observable(line, scene, svg);
     simulation.scene = scene;
-    simulation.workers = options.workers;
-    simulation.quiet = options.quiet;
+    simulation.quiet = cli_given(line, "quiet");
     if (status == CLI_OK)
         status = cli_simulate(&simulation);
     if (status == CLI_OK)
-        status = print_results(scene, simulation.tally, &options);
+        status = print_results(scene, simulation.tally, line);
     bcd_tally_free(simulation.tally);
     bcd_scene_free(scene);
     return status;
 }
 
-int cli_check(const struct cli_command *self, int argc, char **argv)
+static int check(const struct cli_line *line)
 {
     struct bcd_scene *scene = NULL;
     struct bcd_estimate estimate;
     struct text text = {0};
-    if (argc == 2 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
-        return cli_help(self);
-    if (argc != 2 || (argv[1][0] == '-' && argv[1][1] != '\0'))
-        return cli_wrong(self, "one file with a job is needed");
-    int status = cli_load_job(argv[1], &scene);
+    int status = cli_load_job(line->operand[0], &scene);
     if (status != CLI_OK)
         return status;
     bcd_scene_estimate(scene, &estimate);
@@ -82,57 +64,48 @@ int cli_check(const struct cli_command *self, int argc, char **argv)
     return cli_print_take(text_take(&text));
 }
 
-/* ----------------------------------------------------------------- options */
+static const struct cli_option run_options[] = {
+    {.name = "workers", .value = "N", .doc = "threads (default: all cores)"},
+    {.name = "csv",
+     .value = "OBSERVABLE",
+     .doc = "prints this observable as CSV instead",
+     .either = 1},
+    {.name = "svg",
+     .value = "OBSERVABLE",
+     .doc = "prints this observable as a picture instead",
+     .either = 1},
+    {.name = "record", .doc = "prints {\"job\", \"derived\", \"results\"}", .either = 1},
+    {.name = "quiet",
+     .letter = 'q',
+     .doc = "no progress bar (there is none either unless stderr is a terminal)"},
+    {0},
+};
 
-static int parse_options(const struct cli_command *self, int argc, char **argv,
-                         struct options *options)
-{
-    static const struct option names[] = {
-        {"workers", required_argument, NULL, 'w'},
-        {"csv", required_argument, NULL, 'c'},
-        {"svg", required_argument, NULL, 's'},
-        {"record", no_argument, NULL, 'r'},
-        {"quiet", no_argument, NULL, 'q'},
-        {"help", no_argument, NULL, 'h'},
-        {0},
-    };
-    int c;
-    *options = (struct options){.workers = cli_cores()};
-    opterr = 0;
-    while ((c = getopt_long(argc, argv, ":hq", names, NULL)) != -1) {
-        switch (c) {
-        case 'w':
-            if (cli_parse_workers(self, optarg, &options->workers) != CLI_OK)
-                return CLI_USAGE;
-            break;
-        case 'c':
-            options->csv = optarg;
-            break;
-        case 's':
-            options->svg = optarg;
-            break;
-        case 'r':
-            options->record = true;
-            break;
-        case 'q':
-            options->quiet = true;
-            break;
-        case 'h':
-            options->help = true;
-            return CLI_OK;
-        default:
-            return cli_wrong_option(self, c, argv[optind - 1]);
-        }
-    }
-    if (optind + 1 != argc)
-        return cli_wrong(self, "one file with a job is needed");
-    if ((options->csv != NULL) + (options->svg != NULL) + options->record > 1)
-        return cli_wrong(self, "--csv, --svg and --record exclude one another");
-    options->path = argv[optind];
-    return CLI_OK;
-}
+const struct cli_command cli_run_command = {
+    .name = "run",
+    .operands = "JOB.json",
+    .least = 1,
+    .most = 1,
+    .doc = "runs a job here and prints its results as JSON",
+    .text = "The numbers are those of the service, bit for bit, whatever the number of workers.\n"
+            "- instead of a file reads the job from stdin.",
+    .options = run_options,
+    .function = run,
+};
 
-static int find_observable(const struct cli_command *self, const struct bcd_scene *scene,
+const struct cli_command cli_check_command = {
+    .name = "check",
+    .operands = "JOB.json",
+    .least = 1,
+    .most = 1,
+    .doc = "checks a job without running it",
+    .text = "Prints the job completed with its defaults, what follows from it, and an estimate of\n"
+            "memory and time: {\"job\", \"derived\", \"estimate\"}. All faults go to stderr, each\n"
+            "with the JSON pointer of its field; the exit status is then 1.",
+    .function = check,
+};
+
+static int find_observable(const struct cli_line *line, const struct bcd_scene *scene,
                            const char *name)
 {
     const struct bcd_group *part;
@@ -145,7 +118,7 @@ static int find_observable(const struct cli_command *self, const struct bcd_scen
         text_add(&names, "%s%s", i ? ", " : "", part->type);
     }
     char *list = text_take(&names);
-    int status = cli_wrong(self, "the job does not ask for \"%s\", but for %s", name,
+    int status = cli_wrong(line->command, "the job does not ask for \"%s\", but for %s", name,
                            list ? list : "others");
     free(list);
     return status;
@@ -153,10 +126,9 @@ static int find_observable(const struct cli_command *self, const struct bcd_scen
 
 /* ----------------------------------------------------------------- results */
 
-static char *print_named(const struct bcd_scene *scene, const struct bcd_table *table,
-                         const struct options *options)
+static char *print_named(const struct bcd_scene *scene, const struct bcd_table *table, bool csv)
 {
-    if (options->csv)
+    if (csv)
         return table_csv_print(table);
     char *caption = caption_print(scene);
     char *svg = caption ? plot_svg_print(table, table->name, caption) : NULL;
@@ -179,9 +151,9 @@ static char *print_record(const struct bcd_scene *scene, const char *results)
 }
 
 static int print_results(const struct bcd_scene *scene, const struct bcd_tally *tally,
-                         const struct options *options)
+                         const struct cli_line *line)
 {
-    const char *name = options->csv ? options->csv : options->svg;
+    const char *csv = cli_value(line, "csv"), *name = csv ? csv : cli_value(line, "svg");
     const struct bcd_group *part;
     size_t count = 0;
     while (bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, count))
@@ -195,11 +167,11 @@ static int print_results(const struct bcd_scene *scene, const struct bcd_tally *
         status = bcd_tally_table(tally, scene, theory, i, &tables[i]);
         part = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, i);
         if (status == BCD_OK && name && strcmp(part->type, name) == 0)
-            text = print_named(scene, tables[i], options);
+            text = print_named(scene, tables[i], csv != NULL);
     }
     if (status == BCD_OK && !name)
         text = table_json_print_all(tables, count);
-    if (status == BCD_OK && options->record) {
+    if (status == BCD_OK && cli_given(line, "record")) {
         char *results = text;
         text = print_record(scene, results);
         free(results);

@@ -3,14 +3,24 @@
 #include "cli.h"
 #include "theory_print.h"
 
-int cli_theory(const struct cli_command *self, int argc, char **argv)
+static int theory(const struct cli_line *line)
 {
     struct bcd_scene *scene = NULL;
-    if (argc != 2)
-        return cli_wrong(self, "one job is needed");
-    int status = cli_load_job(argv[1], &scene);
+    int status = cli_load_job(line->operand[0], &scene);
     if (status == CLI_OK)
         status = cli_print_take(theory_print(scene));
     bcd_scene_free(scene);
     return status;
 }
+
+const struct cli_command cli_theory_command = {
+    .name = "theory",
+    .operands = "JOB.json",
+    .least = 1,
+    .most = 1,
+    .doc = "prints the exact references of a job",
+    .text = "For each observable the exact values on its own bins or lags: \"theory\" is the ring\n"
+            "of N rods that a simulation samples, \"infinite\" the infinite system at the same\n"
+            "density; null with a reason where there is none.",
+    .function = theory,
+};
