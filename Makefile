@@ -4,6 +4,7 @@
 # make check      install what is missing, build, run every test that fits in CI
 # make check-long what takes longer
 # make bench      the performance suite
+# make schema     write the descriptions in schema/ anew, from the program
 # make install    DESTDIR= PREFIX=
 
 CC      ?= gcc
@@ -76,19 +77,31 @@ $B/tests/%: $B/obj/tests/%.o $(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd
 	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS)
 tests: $(TESTS)
 
+# The tests of the API's description are JavaScript; their packages stay out of the source tree.
+node-modules: $B/node/installed
+NODE_FILES = $(addprefix tests/node/, package.json package-lock.json .npmrc)
+$B/node/installed: $(NODE_FILES)
+	@mkdir -p $(@D)
+	@echo "  NPM $(@D)"
+	$Qcp $(NODE_FILES) $(@D) && cd $(@D) && npm ci --silent
+	@touch $@
+
 packages:
 	sh deploy/install-packages.sh
 demo: packages
 	$(MAKE) --no-print-directory all
 	sh deploy/demo.sh
 check: packages
-	$(MAKE) --no-print-directory all tests
+	$(MAKE) --no-print-directory all tests node-modules
 	sh tests/run.sh check
 check-long: packages
-	$(MAKE) --no-print-directory all tests
+	$(MAKE) --no-print-directory all tests node-modules
 	sh tests/run.sh check-long
 bench: all
 	$B/bcd bench --json $B/bench.json
+
+schema: $B/bcd
+	$B/bcd schema job > schema/job.schema.json
 
 install: all
 	install -D -m 755 $B/bcdd $(DESTDIR)$(PREFIX)/bin/bcdd
@@ -96,6 +109,6 @@ install: all
 clean:
 	rm -rf $B
 
-.PHONY: all tests packages demo check check-long bench install clean
+.PHONY: all tests packages node-modules demo check check-long bench schema install clean
 .SECONDARY:
 -include $(shell find $B/obj -name '*.d' 2>/dev/null)

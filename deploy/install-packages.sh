@@ -37,6 +37,8 @@ look() {
     need_command curl curl
     need_command jq jq
     need_command sqlite3 sqlite3
+    need_command node nodejs
+    need_command npm npm
     if [ "${1:-}" = long ]; then
         need_command clang clang
     fi

@@ -94,12 +94,17 @@ static void plan_period(struct plan *plan, struct bcd_errors *errors)
     }
     double periods = rint(plan->length / period);
     double off = fabs(plan->length / period - periods);
-    if (periods < 1 || periods > 1e9 || off > fmin(1e-9 * periods, 1e-6)) {
-        double below = floor(plan->length / period) * period;
+    if (periods > 1e9) {
+        bcd_errors_add(errors, "/length", "holds %.3g periods of the potential (%.12g); at most 1e9 "
+                       "are possible", periods, period);
+        return;
+    }
+    if (periods < 1 || off > fmin(1e-9 * periods, 1e-6)) {
+        double below = fmax(1, floor(plan->length / period)) * period;
         bcd_errors_add(errors, "/length",
                        "must be a whole number of periods of the potential (%.12g): for "
                        "example %.12g or %.12g, not %.12g",
-                       period, below > 0 ? below : period, below + period, plan->length);
+                       period, below, below + period, plan->length);
         return;
     }
     plan->periods = (int64_t)periods;

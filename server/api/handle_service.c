@@ -2,6 +2,7 @@
 #include "handle.h"
 #include "reply.h"
 #include "routes.h"
+#include "schema_json.h"
 #include "store_jobs.h"
 #include "text.h"
 
@@ -44,4 +45,11 @@ void handle_service_index(const struct service *service, const struct call *call
     }
     text_add(&text, "\n]}\n");
     reply_json_take(reply, text_take(&text));
+}
+
+void handle_service_schema(const struct service *service, const struct call *call,
+                           struct reply *reply)
+{
+    (void)service, (void)call;
+    reply_text_take(reply, "application/schema+json", schema_json_job());
 }

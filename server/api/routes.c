@@ -33,6 +33,8 @@ static const struct route routes[] = {
     {"DELETE", WORK, ROLE_OPERATOR, false, handle_reports_stop, "stop measuring it"},
     {"GET",    "/healthz", ROLE_NONE, false, handle_service_health, "is the server alive"},
     {"GET",    "/readyz", ROLE_NONE, false, handle_service_ready, "does it take jobs"},
+    {"GET",    "/v1/schema/job", ROLE_NONE, false, handle_service_schema,
+     "JSON Schema of a job"},
     {"GET",    "/", ROLE_NONE, false, handle_service_index, "this list"},
 };
 /* clang-format on */

@@ -11,7 +11,7 @@
 
 /* In the order of the documentation. */
 static const struct cli_command *const commands[] = {
-    &cli_run_command,    &cli_check_command, &cli_theory_command,
+    &cli_run_command,    &cli_check_command, &cli_theory_command, &cli_schema_command,
     &cli_report_command, &cli_bench_command, NULL,
 };
 

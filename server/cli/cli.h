@@ -60,7 +60,7 @@ struct cli_line {
 };
 
 extern const struct cli_command cli_run_command, cli_check_command, cli_theory_command;
-extern const struct cli_command cli_report_command, cli_bench_command;
+extern const struct cli_command cli_report_command, cli_bench_command, cli_schema_command;
 
 /* ---- cli_line.c */
 

@@ -172,6 +172,10 @@ static void explain(const char *text, const json_error_t *error, struct bcd_erro
         scan_json_key(text, position, pointer);
         bcd_errors_add(errors, pointer, "is given more than once (line %d, column %d)", error->line,
                        error->column);
+    } else if (json_error_code(error) == json_error_null_character ||
+               json_error_code(error) == json_error_null_byte_in_key) {
+        bcd_errors_add(errors, "", "holds \\u0000 (line %d, column %d), which nothing here may",
+                       error->line, error->column);
     } else if (scan_json_numbers(text, position, errors) == 0) {
         bcd_errors_add(errors, "", "is not JSON: line %d, column %d: %s", error->line,
                        error->column, error->text);

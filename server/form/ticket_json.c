@@ -44,6 +44,25 @@ void ticket_json_add(struct text *text, const struct ticket *ticket)
     text_add(text, "],\"priority\":%d", ticket->priority);
 }
 
+void ticket_json_add_schema(struct text *text)
+{
+    text_add(text,
+             "\"label\":{\"type\":[\"string\",\"null\"],\"maxLength\":%d,"
+             "\"pattern\":\"^[^\\u0000]*$\",\"default\":null,"
+             "\"description\":\"how people call it; no part of the physics\"},",
+             LIMIT_LABEL_CHARACTERS_MAX);
+    text_add(text,
+             "\"tags\":{\"type\":[\"array\",\"null\"],\"maxItems\":%d,\"items\":{"
+             "\"type\":\"string\",\"pattern\":\"^[A-Za-z0-9._-]{1,%d}$\"},\"default\":[],"
+             "\"description\":\"words to find it by; no part of the physics\"},",
+             LIMIT_TAGS_MAX, LIMIT_TAG_BYTES_MAX);
+    text_add(text,
+             "\"priority\":{\"type\":[\"integer\",\"null\"],\"minimum\":-%d,\"maximum\":%d,"
+             "\"default\":0,\"description\":\"among the jobs of its owner: the larger, the earlier;"
+             " no part of the physics\"}",
+             TICKET_PRIORITY_MAX, TICKET_PRIORITY_MAX);
+}
+
 static void read_label(const json_t *value, struct ticket *ticket, struct bcd_errors *errors)
 {
     const char *label = json_string_value(value);

@@ -19,4 +19,7 @@ void ticket_json_take(struct json_t *object, struct ticket *ticket, struct bcd_e
 /* "owner":..,"label":..,"tags":[..],"priority":.. without braces. */
 void ticket_json_add(struct text *text, const struct ticket *ticket);
 
+/* "label":{..},"tags":{..},"priority":{..}: what they may be, as JSON Schema, without braces. */
+void ticket_json_add_schema(struct text *text);
+
 #endif

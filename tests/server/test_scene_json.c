@@ -154,7 +154,8 @@ static void test_not_json(void **state)
     refused("{\"particles\":\"\xff\"," REST "}", "", "is not JSON");
     refused("{\"particles\":01," REST "}", "", "is not JSON");
     refused("{'particles':1," REST "}", "", "is not JSON");
-    refused("{\"a\\u0000b\":1," REST "}", "", "is not JSON");
+    refused("{\"a\\u0000b\":1," REST "}", "", "holds \\u0000 (line 1, column");
+    refused("{\"method\":\"bcd\\u0000x\"," REST "}", "", "holds \\u0000 (line 1, column");
     refused("[[[[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]]]]", "", "deeper than 16");
     refused("{\"\\\"[[[[[[[[[[[[[[[[[[[[\":1," REST ",\"particles\":1}", "/\"[[[[[[[[[[[[[[[[[[[[",
             "unknown key");
