@@ -95,8 +95,9 @@ static void plan_period(struct plan *plan, struct bcd_errors *errors)
     double periods = rint(plan->length / period);
     double off = fabs(plan->length / period - periods);
     if (periods > 1e9) {
-        bcd_errors_add(errors, "/length", "holds %.3g periods of the potential (%.12g); at most 1e9 "
-                       "are possible", periods, period);
+        bcd_errors_add(errors, "/length",
+                       "holds %.3g periods of the potential (%.12g); at most 1e9 are possible",
+                       periods, period);
         return;
     }
     if (periods < 1 || off > fmin(1e-9 * periods, 1e-6)) {

@@ -22,7 +22,7 @@ enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 struct service {
     struct store *store;
     struct queue *queue;
-    atomic_flag *theory; /* set while one is computed; NULL = no limit */
+    atomic_flag *theory;           /* set while one is computed; NULL = no limit */
     struct report_keeper *reports; /* NULL = there are none */
 };
 
@@ -32,6 +32,10 @@ struct call {
     struct identity identity; /* who asks */
     char arg[CALL_ARGS_MAX][CALL_ARG_SIZE];
 };
+
+/* A query parameter, NULL when it was not given. What the route's row says of it holds: a word is
+ * one of its words, a number within its range. */
+const char *call_query(const struct call *call, const char *name);
 
 typedef void handler(const struct service *service, const struct call *call, struct reply *reply);
 

@@ -16,7 +16,6 @@
 
 static bool read_scene(const struct request *request, struct bcd_scene **scene,
                        struct ticket *ticket, struct reply *reply);
-static bool read_force(const struct request *request, bool *force, struct reply *reply);
 static bool media_json(const char *type);
 static bool check_key(const char *key, struct reply *reply);
 static void check_limits(const struct bcd_scene *scene, struct bcd_errors *errors);
@@ -42,7 +41,9 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
     struct job_record record = {0};
     bool existed = false;
     snprintf(ticket.owner, sizeof(ticket.owner), "%s", call->identity.owner);
-    if (!check_key(job.idempotency_key, reply) || !read_force(call->request, &job.force, reply) ||
+    const char *force = call_query(call, "force");
+    job.force = force && strcmp(force, "true") == 0;
+    if (!check_key(job.idempotency_key, reply) ||
         !read_scene(call->request, &scene, &ticket, reply))
         return;
     check_limits(scene, &errors);
@@ -173,24 +174,6 @@ static bool read_scene(const struct request *request, struct bcd_scene **scene,
     return status == BCD_OK;
 }
 
-/* ?force=true; false with the reply filled when the query says anything else. */
-static bool read_force(const struct request *request, bool *force, struct reply *reply)
-{
-    struct bcd_errors errors = {0};
-    for (size_t i = 0; i < request->query_count; i++) {
-        const char *name = request->query[i].name, *value = request->query[i].value;
-        if (strcmp(name, "force") != 0)
-            bcd_errors_add(&errors, name, "is not known here; force is");
-        else if (strcmp(value, "true") != 0 && strcmp(value, "false") != 0)
-            bcd_errors_add(&errors, name, "must be true or false, not \"%.40s\"", value);
-        else
-            *force = strcmp(value, "true") == 0;
-    }
-    if (errors.count > 0)
-        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
-    return errors.count == 0;
-}
-
 /* Also what `curl -d` says when it is not told otherwise. */
 static bool media_json(const char *type)
 {
@@ -299,8 +282,6 @@ static bool read_query(const struct request *request, struct job_query *query,
                 bcd_errors_add(errors, name,
                                "\"%.40s\" is not queued, running, done, failed or cancelled",
                                value);
-            else if (query->state >= 0)
-                bcd_errors_add(errors, name, "is given twice");
             else
                 query->state = (int)state;
         } else if (strcmp(name, "limit") == 0) {

@@ -13,7 +13,6 @@ static void answer(const struct service *service, const struct call *call, enum 
 static void begin(const struct service *service, const struct work_precision_options *options,
                   struct reply *reply);
 static char *print_state(const char *state, double share);
-static bool read_budget(const struct request *request, double *seconds, struct reply *reply);
 
 void handle_reports_json(const struct service *service, const struct call *call,
                          struct reply *reply)
@@ -35,9 +34,12 @@ void handle_reports_measure(const struct service *service, const struct call *ca
                             struct reply *reply)
 {
     struct work_precision_options options = WORK_PRECISION_SHORT;
+    const char *budget = call_query(call, "budget"); /* all else makes no whole report */
+    if (budget)
+        options.core_seconds = strtod(budget, NULL);
     if (!service->reports)
         reply_problem(reply, PROBLEM_BUSY, "this server measures no reports");
-    else if (read_budget(call->request, &options.core_seconds, reply))
+    else
         begin(service, &options, reply);
 }
 
@@ -113,24 +115,4 @@ static char *print_state(const char *state, double share)
     text_add_number(&json, share < 0 ? 0 : share);
     text_add(&json, "}\n");
     return text_take(&json);
-}
-
-/* ?budget= (core seconds of an entry) alone: what is kept is always a whole report. */
-static bool read_budget(const struct request *request, double *seconds, struct reply *reply)
-{
-    struct bcd_errors errors = {0};
-    for (size_t i = 0; i < request->query_count; i++) {
-        const char *name = request->query[i].name, *value = request->query[i].value;
-        char *end;
-        if (strcmp(name, "budget") != 0) {
-            bcd_errors_add(&errors, name, "is not known here: budget is");
-            continue;
-        }
-        *seconds = strtod(value, &end);
-        if (end == value || *end != '\0' || !(*seconds >= 0.01 && *seconds <= 60))
-            bcd_errors_add(&errors, name, "must be seconds from 0.01 to 60");
-    }
-    if (errors.count > 0)
-        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
-    return errors.count == 0;
 }

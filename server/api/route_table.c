@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * route_table.c - the rows; see routes.h. After a change here: make schema. */
+#include "limits.h"
+#include "routes.h"
+
+#include <string.h>
+
+#define JOB "/v1/jobs/{id}"
+#define WORK "/v1/reports/work-precision"
+
+#define JSON "application/json"
+#define CSV "text/csv"
+#define SVG "image/svg+xml"
+#define P(name) ROUTE_PROBLEM(name)
+
+#define EXAMPLE_JOB                                                                                \
+    "{\"particles\":10,\"length\":20,\"diameter\":0.5,"                                            \
+    "\"potential\":{\"type\":\"cosine\",\"amplitude\":6},\"initial\":\"equilibrium\",\"time\":2,"  \
+    "\"observables\":{\"density\":{\"bins\":20},\"energy\":{}}}"
+
+static const struct query_row submit_query[] = {
+    {"force", QUERY_BOOLEAN, .doc = "true runs the job anew although the same one stands"},
+    {0},
+};
+
+static const struct query_row list_query[] = {
+    {"state", QUERY_WORD, .words = "queued running done failed cancelled", .doc = "jobs in it"},
+    {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
+    {"cursor", QUERY_TEXT, .doc = "\"next\" of the page before"},
+    {0},
+};
+
+static const struct query_row measure_query[] = {
+    {"budget", QUERY_NUMBER, .min = 0.01, .max = 60, .doc = "core seconds of one entry"},
+    {0},
+};
+
+/* clang-format off */
+static const struct route routes[] = {
+    {"POST", "/v1/jobs", ROLE_SUBMITTER, handle_jobs_submit, "submitJob",
+     "submit a job; ?force=true runs it anew although it stands",
+     "202: it is on disk and will run. 200: the same job stands already, this is its record.",
+     .query = submit_query, .idempotency_key = true, .body = "Job", .example = EXAMPLE_JOB,
+     .answers = {{202, JSON, "JobRecord"}, {200, JSON, "JobRecord"}}, .problems = P(DISK_FULL)},
+    {"GET", "/v1/jobs", ROLE_READER, handle_jobs_list, "listJobs",
+     "jobs, newest first; ?state= &limit= &cursor= and filters like &potential.amplitude=6",
+     "Any parameter of a job can be a filter: diameter=0.5, potential.amplitude=6.",
+     .query = list_query, .filters = true, .answers = {{200, JSON, "JobList"}}},
+    {"GET", JOB, ROLE_READER, handle_jobs_get, "getJob",
+     "one job: state, progress, parameters", .answers = {{200, JSON, "JobRecord"}}},
+    {"DELETE", JOB, ROLE_SUBMITTER, handle_jobs_cancel, "cancelJob",
+     "cancel a job", .answers = {{200, JSON, "JobRecord"}}, .problems = P(STATE) | P(DISK_FULL)},
+    {"GET", JOB "/results", ROLE_READER, handle_results_all, "getResults",
+     "all results of a job", .answers = {{200, JSON, "Results"}}, .problems = P(STATE)},
+    {"GET", JOB "/results/{name}", ROLE_READER, handle_results_json, "getResult",
+     "one observable", .answers = {{200, JSON, "Result"}}, .problems = P(STATE)},
+    {"GET", JOB "/results/{name}.csv", ROLE_READER, handle_results_csv, "getResultCsv",
+     "the same as CSV", .answers = {{200, CSV}}, .problems = P(STATE)},
+    {"GET", JOB "/results/{name}.svg", ROLE_READER, handle_results_svg, "getResultPicture",
+     "the same as a picture", .answers = {{200, SVG}}, .problems = P(STATE)},
+    {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
+     "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
+     .answers = {{200, JSON, "Estimate"}}},
+    {"POST", "/v1/theory", ROLE_READER, handle_jobs_theory, "computeTheory",
+     "a job's exact references", .body = "Job", .example = EXAMPLE_JOB,
+     .answers = {{200, JSON, "Theory"}}},
+    {"GET", WORK, ROLE_READER, handle_reports_json, "getWorkPrecision",
+     "error against run time on this machine",
+     "202 while it is being measured, which the first request begins.",
+     .answers = {{200, JSON, "WorkPrecision"}, {202, JSON, "ReportState"}}},
+    {"GET", WORK ".csv", ROLE_READER, handle_reports_csv, "getWorkPrecisionCsv",
+     "the same as CSV", .answers = {{200, CSV}, {202, JSON, "ReportState"}}},
+    {"GET", WORK ".svg", ROLE_READER, handle_reports_svg, "getWorkPrecisionPicture",
+     "the same as a picture", .answers = {{200, SVG}, {202, JSON, "ReportState"}}},
+    {"POST", WORK, ROLE_OPERATOR, handle_reports_measure, "measureWorkPrecision",
+     "measure it again; ?budget=", .query = measure_query,
+     .answers = {{202, JSON, "ReportState"}}, .problems = P(MEASURING)},
+    {"DELETE", WORK, ROLE_OPERATOR, handle_reports_stop, "stopWorkPrecision",
+     "stop measuring it", .answers = {{200, JSON, "ReportState"}}, .problems = P(MEASURING)},
+    {"GET", "/healthz", ROLE_NONE, handle_service_health, "getHealth",
+     "is the server alive", .answers = {{200, JSON, "Status"}}},
+    {"GET", "/readyz", ROLE_NONE, handle_service_ready, "getReadiness",
+     "does it take jobs", .answers = {{200, JSON, "Status"}}},
+    {"GET", "/v1/schema/job", ROLE_NONE, handle_service_schema, "getJobSchema",
+     "JSON Schema of a job", .answers = {{200, "application/schema+json", "Schema"}}},
+    {"GET", "/", ROLE_NONE, handle_service_index, "getIndex",
+     "this list", .answers = {{200, JSON, "Index"}}},
+};
+/* clang-format on */
+
+const struct route *routes_at(size_t index)
+{
+    return index < sizeof(routes) / sizeof(routes[0]) ? &routes[index] : NULL;
+}
+
+uint64_t routes_problems(const struct route *route)
+{
+    uint64_t problems = route->problems | P(BAD_REQUEST) | P(QUERY) | P(FORBIDDEN) | P(WRONG_HOST) |
+                        P(TOO_LARGE) | P(INTERNAL) | P(BUSY);
+    if (route->role != ROLE_NONE)
+        problems |= P(WHO) | P(ROLE);
+    if (route->pattern[strcspn(route->pattern, "{")])
+        problems |= P(NOT_FOUND);
+    if (route->body)
+        problems |= P(NOT_JSON) | P(MEDIA_TYPE) | P(INVALID_JOB);
+    return problems;
+}
