@@ -44,7 +44,7 @@ void handle_results_all(const struct service *service, const struct call *call, 
             goto cleanup;
     }
     reply_json_take(reply, table_json_print_all(tables, count));
-    reply_immutable(reply);
+    reply_immutable(reply, NULL);
 cleanup:
     for (size_t i = 0; i < count; i++) {
         if (tables)
@@ -63,7 +63,7 @@ void handle_results_json(const struct service *service, const struct call *call,
     struct bcd_table *table = load_named(service, call, &record, reply);
     if (table) {
         reply_json_take(reply, table_json_print(table));
-        reply_immutable(reply);
+        reply_immutable(reply, NULL);
     }
     bcd_table_free(table);
     job_record_fini(&record);
@@ -75,7 +75,7 @@ void handle_results_csv(const struct service *service, const struct call *call, 
     struct bcd_table *table = load_named(service, call, &record, reply);
     if (table) {
         reply_text_take(reply, "text/csv; charset=utf-8; header=present", table_csv_print(table));
-        reply_immutable(reply);
+        reply_immutable(reply, NULL);
     }
     bcd_table_free(table);
     job_record_fini(&record);
@@ -88,7 +88,7 @@ void handle_results_svg(const struct service *service, const struct call *call, 
     if (table) {
         char *subtitle = caption(&record);
         reply_text_take(reply, "image/svg+xml", plot_svg_print(table, table->name, subtitle));
-        reply_immutable(reply);
+        reply_immutable(reply, NULL);
         free(subtitle);
     }
     bcd_table_free(table);

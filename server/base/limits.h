@@ -20,6 +20,10 @@ enum {
     LIMIT_BODIES_BYTES_MAX = 64 << 20,     /* bodies of all requests in progress together */
     LIMIT_ANSWER_AGE_MS_MAX = 600000,      /* from the request's last byte to the answer's */
     LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of a streamed answer */
+    LIMIT_STREAMS_MAX = 500,               /* open event streams */
+    LIMIT_HOLDS_MAX = 1000,                /* requests that wait for something to happen */
+    LIMIT_WAIT_SECONDS_MAX = 60,           /* ?wait= */
+    LIMIT_REQUEST_ID_BYTES_MAX = 64,       /* X-Request-Id; a longer one is not taken over */
     LIMIT_REQUEST_AGE_MS_MAX = 30000,      /* from the first byte to the last */
     LIMIT_IDLE_MS_MAX = 60000,
     LIMIT_WORKERS_MAX = 1024,

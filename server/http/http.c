@@ -18,6 +18,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -35,8 +36,11 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
                          enum MHD_RequestTerminationCode code);
 static void end_exchange(struct http *http, struct connection *c);
 static size_t keep_escapes(void *context, struct MHD_Connection *connection, char *text);
-static void handle(struct http *http, struct MHD_Connection *connection, const char *method,
-                   struct exchange *exchange);
+static bool handle(struct http *http, struct connection *c);
+static bool ask(struct http *http, struct connection *c, bool last);
+static const char *header(const struct connection *c, const char *name);
+static bool rest(struct http *http, struct connection *c, unsigned long pulses);
+static void let_go(struct http *http, struct exchange *exchange);
 static void sleep_ms(int64_t ms);
 
 struct http *http_start(const struct http_options *options, char *reason, size_t size)
@@ -59,6 +63,8 @@ struct http *http_start(const struct http_options *options, char *reason, size_t
         http->options.request_age_ms = LIMIT_REQUEST_AGE_MS_MAX;
     if (http->options.stream_stall_ms <= 0)
         http->options.stream_stall_ms = LIMIT_STREAM_STALL_MS_MAX;
+    if (getrandom(&http->id_base, sizeof(http->id_base), 0) < 0)
+        http->id_base = (uint64_t)http_clock_us();
     http->listen_fd = http_listen(options->host, options->port, &http->port);
     if (http->listen_fd < 0) {
         snprintf(reason, size, "cannot listen on %s port %d: %s", options->host, options->port,
@@ -96,6 +102,9 @@ void http_stop(struct http *http)
         return;
     atomic_store(&http->stopping, true);
     MHD_socket quiet = MHD_quiesce_daemon(http->daemon);
+    pthread_mutex_lock(&http->mutex);
+    http_rest_wake(http, 0);
+    pthread_mutex_unlock(&http->mutex);
     int64_t deadline_ms = http_clock_ms() + LIMIT_DRAIN_MS;
     while (http_reap_busy(http) > 0 && http_clock_ms() < deadline_ms)
         sleep_ms(DRAIN_POLL_MS);
@@ -153,6 +162,7 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
         *socket_context = c; /* without one, on_uri refuses all requests */
         if (!c)
             return;
+        c->handle = connection;
         c->fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
         c->deadline_ms = http_clock_ms() + http->options.request_age_ms;
         pthread_mutex_lock(&http->mutex);
@@ -160,6 +170,8 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
         if (c->next)
             c->next->previous = c;
         http->connections = c;
+        if (!c->next)
+            pthread_cond_signal(&http->wake_reaper); /* it may sleep for good */
         pthread_mutex_unlock(&http->mutex);
         return;
     }
@@ -194,6 +206,7 @@ static void *on_uri(void *context, const char *uri, struct MHD_Connection *conne
     if (!exchange)
         return NULL;
     c->exchange = exchange;
+    exchange->began_us = http_clock_us();
     exchange->uri = strdup(uri);
     if (!exchange->uri) {
         end_exchange(http, c);
@@ -217,19 +230,30 @@ static enum MHD_Result on_access(void *context, struct MHD_Connection *connectio
     (void)url; /* the library has had its hands on it; exchange->uri is as sent */
     if (!exchange)
         return MHD_NO;
+    struct connection *c = http_connection(connection);
     if (!exchange->headers_seen) {
         exchange->headers_seen = true;
+        snprintf(exchange->method, sizeof(exchange->method), "%s", method);
+        http_receive_id(http, connection, exchange);
         http_receive_headers(http, connection, version, exchange);
-        return exchange->refused ? http_answer(http, connection, method, exchange) : MHD_YES;
+        return exchange->refused ? http_answer(http, c) : MHD_YES;
     }
     if (*upload_size > 0) {
         http_receive_body(http, exchange, upload, *upload_size);
         *upload_size = 0;
         return MHD_YES;
     }
-    if (!exchange->refused)
-        handle(http, connection, method, exchange);
-    return http_answer(http, connection, method, exchange);
+    if (exchange->held) {
+        enum woken woken = http_rest_end(http, c);
+        if (woken == WOKEN_LEFT)
+            return MHD_NO;
+        /* Whether it is ready was seen before the library came back: it is to be seen again. */
+        if (woken == WOKEN_LOOK && rest(http, c, atomic_load(&http->pulses) - 1))
+            return MHD_YES;
+    }
+    if (!exchange->refused && !handle(http, c))
+        return MHD_YES;
+    return http_answer(http, c);
 }
 
 static void on_completed(void *context, struct MHD_Connection *connection, void **request_context,
@@ -237,14 +261,16 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 {
     struct http *http = context;
     struct connection *c = http_connection(connection);
-    (void)code;
     /* Idle time is the library's business. Whoever sends something in that time, and then no
      * complete request line, is caught by this. */
     http_set_phase(http, connection, PHASE_WAITING,
                    LIMIT_IDLE_MS_MAX + http->options.request_age_ms);
     *request_context = NULL;
-    if (c)
-        end_exchange(http, c);
+    if (!c)
+        return;
+    if (c->exchange)
+        http_answer_done(http, c->exchange, code != MHD_REQUEST_TERMINATED_COMPLETED_OK);
+    end_exchange(http, c);
 }
 
 static void end_exchange(struct http *http, struct connection *c)
@@ -254,6 +280,7 @@ static void end_exchange(struct http *http, struct connection *c)
     if (!exchange)
         return;
     http_receive_drop(http, exchange);
+    let_go(http, exchange);
     reply_fini(&exchange->reply);
     free(exchange->uri);
     free(exchange);
@@ -266,31 +293,100 @@ static size_t keep_escapes(void *context, struct MHD_Connection *connection, cha
     return strlen(text);
 }
 
-static void handle(struct http *http, struct MHD_Connection *connection, const char *method,
-                   struct exchange *exchange)
+/* Has the handler fill the reply; false when the answer is held and the connection rests. */
+static bool handle(struct http *http, struct connection *c)
 {
-    struct request_query query[LIMIT_QUERY_MAX];
+    struct exchange *exchange = c->exchange;
+    for (;;) {
+        unsigned long pulses = atomic_load(&http->pulses);
+        bool last = atomic_load(&http->stopping);
+        let_go(http, exchange);
+        reply_fini(&exchange->reply);
+        if (!ask(http, c, last))
+            return true;
+        exchange->held = true;
+        exchange->hold_until_ms = http_clock_ms() + exchange->reply.hold.wait_ms;
+        if (atomic_fetch_add(&http->holds, 1) >= LIMIT_HOLDS_MAX) {
+            let_go(http, exchange);
+            reply_problem(&exchange->reply, PROBLEM_BUSY,
+                          "%d requests wait for something already (LIMIT_HOLDS_MAX)",
+                          LIMIT_HOLDS_MAX);
+            return true;
+        }
+        if (rest(http, c, pulses))
+            return false;
+    }
+}
+
+/* Calls the handler; true if it wants to be asked again. */
+static bool ask(struct http *http, struct connection *c, bool last)
+{
+    struct exchange *exchange = c->exchange;
+    struct reply *reply = &exchange->reply;
+    const char *fault = NULL;
+    http_set_phase(http, c->handle, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
+    if (!exchange->query_read)
+        fault = http_guard_query(exchange->query, exchange->pairs, LIMIT_QUERY_MAX,
+                                 &exchange->pair_count);
+    exchange->query_read = true;
+    if (exchange->asked_ms == 0)
+        exchange->asked_ms = http_clock_ms();
     struct request request = {
-        .method = method,
+        .method = exchange->method,
         .path = exchange->uri,
-        .idempotency_key =
-            MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Idempotency-Key"),
-        .content_type =
-            MHD_lookup_connection_value(connection, MHD_HEADER_KIND, MHD_HTTP_HEADER_CONTENT_TYPE),
-        .authorization =
-            MHD_lookup_connection_value(connection, MHD_HEADER_KIND, MHD_HTTP_HEADER_AUTHORIZATION),
+        .idempotency_key = header(c, "Idempotency-Key"),
+        .content_type = header(c, MHD_HTTP_HEADER_CONTENT_TYPE),
+        .authorization = header(c, MHD_HTTP_HEADER_AUTHORIZATION),
+        .if_none_match = header(c, MHD_HTTP_HEADER_IF_NONE_MATCH),
+        .last_event_id = header(c, "Last-Event-ID"),
+        .id = exchange->id,
         .body = exchange->body ? exchange->body : "",
         .body_size = exchange->body_size,
-        .query = query,
+        .query = exchange->pairs,
+        .query_count = exchange->pair_count,
+        .waited_ms = http_clock_ms() - exchange->asked_ms,
+        .last = last,
     };
-    http_set_phase(http, connection, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
-    const char *fault =
-        http_guard_query(exchange->query, query, LIMIT_QUERY_MAX, &request.query_count);
     if (fault)
-        reply_problem(&exchange->reply, PROBLEM_BAD_REQUEST, "%s", fault);
+        reply_problem(reply, PROBLEM_BAD_REQUEST, "%s", fault);
     else
-        http->options.handler(http->options.context, &request, &exchange->reply);
-    http_receive_drop(http, exchange);
+        http->options.handler(http->options.context, &request, reply);
+    if (last && reply->hold.ready)
+        reply_problem(reply, PROBLEM_BUSY, "the server is stopping");
+    return reply->hold.ready != NULL;
+}
+
+static const char *header(const struct connection *c, const char *name)
+{
+    return MHD_lookup_connection_value(c->handle, MHD_HEADER_KIND, name);
+}
+
+static bool rest(struct http *http, struct connection *c, unsigned long pulses)
+{
+    const struct exchange *exchange = c->exchange;
+    const struct resting resting = {.ready = exchange->reply.hold.ready,
+                                    .state = exchange->reply.hold.state,
+                                    .until_ms = exchange->hold_until_ms,
+                                    .pulses = pulses};
+    return http_rest_begin(http, c, &resting);
+}
+
+/* The answer is not held any more. */
+static void let_go(struct http *http, struct exchange *exchange)
+{
+    if (exchange->held)
+        atomic_fetch_sub(&http->holds, 1);
+    exchange->held = false;
+}
+
+void http_count(struct http *http, struct http_counts *counts)
+{
+    *counts = (struct http_counts){.streams = atomic_load(&http->streams),
+                                   .holds = atomic_load(&http->holds)};
+    pthread_mutex_lock(&http->mutex);
+    for (const struct connection *c = http->connections; c; c = c->next)
+        counts->connections++;
+    pthread_mutex_unlock(&http->mutex);
 }
 
 void http_set_phase(struct http *http, struct MHD_Connection *connection, enum phase phase,
@@ -312,9 +408,14 @@ struct connection *http_connection(struct MHD_Connection *connection)
 
 int64_t http_clock_ms(void)
 {
+    return http_clock_us() / 1000;
+}
+
+int64_t http_clock_us(void)
+{
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
 }
 
 static void sleep_ms(int64_t ms)

@@ -1,27 +1,70 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * http_answer.c - what goes out: headers that every answer has, and the body. */
+ * http_answer.c - what goes out: headers that every answer has, the body, and the line in the log.
+ */
 #include "http_internal.h"
-#include "limits.h"
 #include "log.h"
+#include "reply.h"
 
 #include <string.h>
 
-static struct MHD_Response *make_response(struct http *http, struct MHD_Connection *connection,
-                                          struct reply *reply);
+static struct MHD_Response *make_response(struct http *http, struct connection *c);
+static enum MHD_Result add_headers(const struct http *http, const struct exchange *exchange,
+                                   struct MHD_Response *response);
 
-enum MHD_Result http_answer(struct http *http, struct MHD_Connection *connection,
-                            const char *method, struct exchange *exchange)
+enum MHD_Result http_answer(struct http *http, struct connection *c)
 {
+    struct exchange *exchange = c->exchange;
     struct reply *reply = &exchange->reply;
-    struct MHD_Response *response = make_response(http, connection, reply);
+    http_receive_drop(http, exchange);
+    if (reply->stream.ready && atomic_fetch_add(&http->streams, 1) >= LIMIT_STREAMS_MAX) {
+        atomic_fetch_sub(&http->streams, 1);
+        reply_problem(reply, PROBLEM_BUSY, "%d event streams are open already (LIMIT_STREAMS_MAX)",
+                      LIMIT_STREAMS_MAX);
+    }
+    exchange->answer_bytes = strcmp(exchange->method, "HEAD") == 0 ? 0 : reply->body_size;
+    struct MHD_Response *response = make_response(http, c);
     if (!response)
         return MHD_NO;
+    enum MHD_Result sound = add_headers(http, exchange, response);
+    http_set_phase(http, c->handle, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
+    if (sound == MHD_YES)
+        sound = MHD_queue_response(c->handle, (unsigned)reply->status, response);
+    MHD_destroy_response(response);
+    exchange->answered = true;
+    return sound;
+}
+
+/* Takes body or stream out of the reply; NULL = no memory. */
+static struct MHD_Response *make_response(struct http *http, struct connection *c)
+{
+    struct reply *reply = &c->exchange->reply;
+    if (reply->stream.read) {
+        bool counted = reply->stream.ready != NULL;
+        struct MHD_Response *response = http_stream_take(http, c);
+        if (!response && counted)
+            atomic_fetch_sub(&http->streams, 1);
+        return response;
+    }
+    if (!reply->body)
+        return MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(reply->body_size, reply->body, MHD_RESPMEM_MUST_FREE);
+    if (response)
+        reply->body = NULL;
+    return response;
+}
+
+static enum MHD_Result add_headers(const struct http *http, const struct exchange *exchange,
+                                   struct MHD_Response *response)
+{
+    const struct reply *reply = &exchange->reply;
     bool drawing = reply->content_type && strcmp(reply->content_type, "image/svg+xml") == 0;
     const struct {
         const char *name, *value;
     } headers[] = {
         {MHD_HTTP_HEADER_CONTENT_TYPE, reply->content_type},
         {MHD_HTTP_HEADER_CACHE_CONTROL, reply->cache_control},
+        {MHD_HTTP_HEADER_ETAG, reply->etag[0] ? reply->etag : NULL},
         {MHD_HTTP_HEADER_LOCATION, reply->location[0] ? reply->location : NULL},
         {MHD_HTTP_HEADER_ALLOW, reply->allow[0] ? reply->allow : NULL},
         {MHD_HTTP_HEADER_RETRY_AFTER, reply->status == 503 ? "1" : reply->retry_after},
@@ -31,35 +74,39 @@ enum MHD_Result http_answer(struct http *http, struct MHD_Connection *connection
                                             : "default-src 'none'; frame-ancestors 'none'"},
         {"Cross-Origin-Resource-Policy", "same-origin"},
         {"Referrer-Policy", "no-referrer"},
+        {"X-Accel-Buffering", reply->live ? "no" : NULL},
         {"X-Content-Type-Options", "nosniff"},
+        {"X-Request-Id", exchange->id},
     };
     enum MHD_Result sound = MHD_YES;
     for (size_t i = 0; i < sizeof(headers) / sizeof(headers[0]) && sound == MHD_YES; i++)
         if (headers[i].value)
             sound = MHD_add_response_header(response, headers[i].name, headers[i].value);
-    http_set_phase(http, connection, PHASE_ANSWERING, LIMIT_ANSWER_AGE_MS_MAX);
-    if (sound == MHD_YES)
-        sound = MHD_queue_response(connection, (unsigned)reply->status, response);
-    MHD_destroy_response(response);
-    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
-    if (reply->status >= 400 || !reads)
-        log_write(LOG_LEVEL_INFO, "request",
-                  LOG_FIELDS(log_text("method", method), log_text("path", exchange->uri),
-                             log_integer("status", reply->status)));
     return sound;
 }
 
-/* Takes body or stream out of the reply; NULL = no memory. */
-static struct MHD_Response *make_response(struct http *http, struct MHD_Connection *connection,
-                                          struct reply *reply)
+void http_answer_done(struct http *http, struct exchange *exchange, bool cut)
 {
-    if (reply->stream.read)
-        return http_stream_take(http, connection, &reply->stream);
-    if (!reply->body)
-        return MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
-    struct MHD_Response *response =
-        MHD_create_response_from_buffer(reply->body_size, reply->body, MHD_RESPMEM_MUST_FREE);
-    if (response)
-        reply->body = NULL;
-    return response;
+    const struct reply *reply = &exchange->reply;
+    if (!exchange->answered)
+        return;
+    const struct http_done done = {.reply = reply,
+                                   .method = exchange->method,
+                                   .path = exchange->uri,
+                                   .id = exchange->id,
+                                   .bytes = exchange->answer_bytes,
+                                   .us = http_clock_us() - exchange->began_us,
+                                   .cut = cut};
+    if (http->options.observer)
+        http->options.observer(http->options.context, &done);
+    bool reads = strcmp(done.method, "GET") == 0 || strcmp(done.method, "HEAD") == 0;
+    if (!http->options.log_reads && reads && reply->status < 400)
+        return;
+    log_write(LOG_LEVEL_INFO, "request",
+              LOG_FIELDS(log_text("method", done.method), log_text("path", done.path),
+                         log_integer("status", reply->status),
+                         log_integer("bytes", (int64_t)done.bytes),
+                         log_number("ms", (double)done.us / 1000),
+                         log_text("owner", reply->owner[0] ? reply->owner : NULL),
+                         log_text("request", done.id), log_text("end", cut ? "cut" : "whole")));
 }

@@ -9,6 +9,7 @@
 #define HTTP_INTERNAL_H
 
 #include "http.h"
+#include "limits.h"
 
 #include <microhttpd.h>
 
@@ -23,13 +24,32 @@ enum phase {
     PHASE_ANSWERING, /* from the handler's start on */
 };
 
+/* A connection whose answer waits for something to happen. */
+enum rest {
+    REST_NOT,
+    REST_SUSPENDED, /* the library does not look at it */
+    REST_RESUMED,   /* the library was told to, and will call us */
+};
+
+enum woken {
+    WOKEN_LOOK, /* it was time for a look */
+    WOKEN_DUE,  /* what it waited for may be there, or it is late enough */
+    WOKEN_LEFT, /* the client has left */
+};
+
 struct connection {
     struct connection *next, *previous;
+    struct MHD_Connection *handle;
     int fd;
     enum phase phase;
     bool hung_up; /* the other end had, when the reaper came by */
     int64_t deadline_ms;
     struct exchange *exchange; /* in progress; of the thread that serves the connection */
+    enum rest rest;
+    bool (*ready)(void *state); /* while it rests */
+    void *ready_state;
+    int64_t rest_until_ms, resume_ms; /* when it is due anyway; when it is looked after */
+    enum woken woken;                 /* why it was resumed */
 };
 
 struct http {
@@ -40,22 +60,40 @@ struct http {
     struct MHD_Daemon *daemon;
     atomic_bool stopping;
     atomic_size_t body_bytes; /* held by all exchanges together */
+    atomic_size_t streams, holds;
+    atomic_uint_least64_t next_id;
+    uint64_t id_base;
     pthread_mutex_t mutex;
     pthread_cond_t wake_reaper;
     pthread_t reaper;
     bool reaper_stop;
     struct connection *connections;
+    size_t resting;      /* of them: suspended */
+    atomic_ulong pulses; /* since the start */
+    bool pulsed;         /* the reaper has not seen all of them */
 };
 
-/* One request and its answer. */
+enum { REQUEST_ID_SIZE = LIMIT_REQUEST_ID_BYTES_MAX + 1 };
+
+/* One request and its answer. In the hands of the thread that serves the connection. */
 struct exchange {
     char *uri;
     char *query; /* part of uri, or NULL */
+    char id[REQUEST_ID_SIZE];
+    char method[16];
     bool headers_seen;
     bool refused; /* reply is filled already; the rest of the request is thrown away */
+    bool query_read;
+    bool held; /* and counted in http->holds */
+    int64_t asked_ms, hold_until_ms;
+    struct request_query pairs[LIMIT_QUERY_MAX];
+    size_t pair_count;
     char *body;
     size_t body_size, body_room;
     struct reply reply;
+    int64_t began_us;
+    uint64_t answer_bytes;
+    bool answered;
 };
 
 /* http.c: what the connection is at, and how long it may be so. */
@@ -64,13 +102,34 @@ void http_set_phase(struct http *http, struct MHD_Connection *connection, enum p
 /* NULL when there was no memory for it. */
 struct connection *http_connection(struct MHD_Connection *connection);
 int64_t http_clock_ms(void);
+int64_t http_clock_us(void);
 
 /* http_reap.c: the thread that ends late connections; `context` is the struct http. */
 void *http_reap(void *context);
 /* Connections with a request in progress. */
 size_t http_reap_busy(struct http *http);
 
-/* http_receive.c. Fills the reply and sets refused if the request may not go on. */
+/* http_rest.c: lets a connection rest until `ready`, or `until_ms`. Called from the library's
+ * thread that serves it, which then has nothing to answer yet; `pulses` is http->pulses from before
+ * it looked. False when the server is stopping: the time for answers is now. */
+struct resting {
+    bool (*ready)(void *state);
+    void *state;
+    int64_t until_ms;
+    unsigned long pulses;
+};
+bool http_rest_begin(struct http *http, struct connection *c, const struct resting *resting);
+/* The library has come back to it: why. */
+enum woken http_rest_end(struct http *http, struct connection *c);
+/* Wakes those that are due, all when stopping. Mutex held. */
+void http_rest_wake(struct http *http, int64_t now_ms);
+/* Wakes a suspended one whose client has left. Mutex held. */
+void http_rest_drop(struct http *http, struct connection *c);
+
+/* http_receive.c: the id that the request goes by. */
+void http_receive_id(struct http *http, struct MHD_Connection *connection,
+                     struct exchange *exchange);
+/* Fills the reply and sets refused if the request may not go on. */
 void http_receive_headers(struct http *http, struct MHD_Connection *connection, const char *version,
                           struct exchange *exchange);
 /* Keeps a piece of the body. What a refused request goes on sending is not kept; the reaper's
@@ -79,12 +138,14 @@ void http_receive_body(struct http *http, struct exchange *exchange, const char 
                        size_t size);
 void http_receive_drop(struct http *http, struct exchange *exchange);
 
-/* http_answer.c: sends the exchange's reply, which gives its body or stream away. */
-enum MHD_Result http_answer(struct http *http, struct MHD_Connection *connection,
-                            const char *method, struct exchange *exchange);
+/* http_answer.c: sends the reply of the connection's exchange, which gives its body or stream
+ * away. */
+enum MHD_Result http_answer(struct http *http, struct connection *c);
+/* The exchange is over, if it had an answer: tells the observer. */
+void http_answer_done(struct http *http, struct exchange *exchange, bool cut);
 
-/* http_stream.c: the response that pulls the stream, which is taken over. NULL = no memory. */
-struct MHD_Response *http_stream_take(struct http *http, struct MHD_Connection *connection,
-                                      struct stream *stream);
+/* http_stream.c: the response that pulls the stream of the connection's reply, which is taken over,
+ * and counted in http->streams already if it has a `ready`. NULL = no memory. */
+struct MHD_Response *http_stream_take(struct http *http, struct connection *c);
 
 #endif

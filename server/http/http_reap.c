@@ -10,23 +10,53 @@
 #include <sys/socket.h>
 #include <time.h>
 
-enum { REAP_MS = 500 };
+enum {
+    REAP_MS = 500,
+    LOOK_MS = 200, /* resting connections are asked whether they are ready, without a pulse */
+    PULSE_MS = 10, /* and at most this often with one */
+};
 
+static void wait_until(struct http *http, int64_t wake_ms);
 static void reap_late(struct http *http, int64_t now_ms);
+static void end_late(struct http *http, struct connection *c, bool hung_up);
 static bool has_hung_up(const struct connection *c);
 
 void *http_reap(void *context)
 {
     struct http *http = context;
+    int64_t reap_ms = 0, look_ms = 0, pulse_ms = 0;
     pthread_mutex_lock(&http->mutex);
     while (!http->reaper_stop) {
-        int64_t now_ms = http_clock_ms(), wake_ms = now_ms + REAP_MS;
-        reap_late(http, now_ms);
-        struct timespec wake = {.tv_sec = wake_ms / 1000, .tv_nsec = wake_ms % 1000 * 1000000};
-        pthread_cond_timedwait(&http->wake_reaper, &http->mutex, &wake);
+        int64_t now_ms = http_clock_ms();
+        if (now_ms >= reap_ms) {
+            reap_late(http, now_ms);
+            reap_ms = now_ms + REAP_MS;
+        }
+        if (now_ms >= look_ms || (http->pulsed && now_ms >= pulse_ms)) {
+            http->pulsed = false;
+            http_rest_wake(http, now_ms);
+            look_ms = now_ms + LOOK_MS;
+            pulse_ms = now_ms + PULSE_MS;
+        }
+        int64_t wake_ms = http->connections ? reap_ms : INT64_MAX;
+        if (http->resting > 0 && look_ms < wake_ms)
+            wake_ms = look_ms;
+        if (http->resting > 0 && http->pulsed && pulse_ms < wake_ms)
+            wake_ms = pulse_ms;
+        wait_until(http, wake_ms);
     }
     pthread_mutex_unlock(&http->mutex);
     return NULL;
+}
+
+/* Or until somebody signals. A server without connections sleeps for good. */
+static void wait_until(struct http *http, int64_t wake_ms)
+{
+    struct timespec wake = {.tv_sec = wake_ms / 1000, .tv_nsec = wake_ms % 1000 * 1000000};
+    if (wake_ms == INT64_MAX)
+        pthread_cond_wait(&http->wake_reaper, &http->mutex);
+    else
+        pthread_cond_timedwait(&http->wake_reaper, &http->mutex, &wake);
 }
 
 size_t http_reap_busy(struct http *http)
@@ -44,28 +74,38 @@ size_t http_reap_busy(struct http *http)
  * sure, for a request may end with the connection and be on its way to the handler. */
 static void reap_late(struct http *http, int64_t now_ms)
 {
-    static const char late[] = "HTTP/1.1 408 Request Timeout\r\nConnection: close\r\n"
-                               "Content-Length: 0\r\n\r\n";
     for (struct connection *c = http->connections; c; c = c->next) {
         if (c->deadline_ms == INT64_MAX) /* done with */
             continue;
         bool hung_up = has_hung_up(c), seen = c->hung_up;
         c->hung_up = hung_up;
-        if (now_ms < c->deadline_ms && !(hung_up && seen))
-            continue;
-        /* While a request is coming in, the library sends nothing that this could mix with. */
-        if (c->phase == PHASE_RECEIVING)
-            (void)!send(c->fd, late, sizeof(late) - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
-        shutdown(c->fd, SHUT_RDWR);
-        c->deadline_ms = INT64_MAX;
-        log_write(LOG_LEVEL_WARNING, hung_up ? "connection_left" : "connection_too_old",
-                  LOG_FIELDS(log_integer("phase", c->phase)));
+        if (now_ms >= c->deadline_ms || (hung_up && seen))
+            end_late(http, c, hung_up);
     }
 }
 
-/* Nothing more will come of a request that is not complete. */
+static void end_late(struct http *http, struct connection *c, bool hung_up)
+{
+    static const char late[] = "HTTP/1.1 408 Request Timeout\r\nConnection: close\r\n"
+                               "Content-Length: 0\r\n\r\n";
+    /* While a request is coming in, the library sends nothing that this could mix with. */
+    if (c->phase == PHASE_RECEIVING)
+        (void)!send(c->fd, late, sizeof(late) - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
+    c->deadline_ms = INT64_MAX;
+    shutdown(c->fd, SHUT_RDWR);
+    if (c->rest == REST_SUSPENDED) {
+        http_rest_drop(http, c); /* nothing special: the line of its request tells */
+        return;
+    }
+    log_write(LOG_LEVEL_WARNING, hung_up ? "connection_left" : "connection_too_old",
+              LOG_FIELDS(log_integer("phase", c->phase)));
+}
+
+/* Nothing more will come of a request that is not complete, nor be taken of an answer that waits:
+ * there, who has sent all and closed that half is taken for gone. */
 static bool has_hung_up(const struct connection *c)
 {
     char byte;
-    return c->phase != PHASE_ANSWERING && recv(c->fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+    return (c->phase != PHASE_ANSWERING || c->rest == REST_SUSPENDED) &&
+           recv(c->fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
 }

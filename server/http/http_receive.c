@@ -9,9 +9,27 @@
 #include "limits.h"
 #include "reply.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+
+void http_receive_id(struct http *http, struct MHD_Connection *connection,
+                     struct exchange *exchange)
+{
+    static const char sane[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-";
+    const char *given = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "X-Request-Id");
+    size_t length = given ? strlen(given) : 0;
+    if (length > 0 && length < sizeof(exchange->id) && strspn(given, sane) == length) {
+        memcpy(exchange->id, given, length + 1);
+        return;
+    }
+    uint64_t number = http->id_base + atomic_fetch_add(&http->next_id, 1);
+    number = (number ^ number >> 30) * UINT64_C(0xbf58476d1ce4e5b9); /* splitmix64: one to one */
+    number = (number ^ number >> 27) * UINT64_C(0x94d049bb133111eb);
+    snprintf(exchange->id, sizeof(exchange->id), "%016" PRIx64, number ^ number >> 31);
+}
 
 struct headers {
     int lengths, encodings, hosts, blanks;

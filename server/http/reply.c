@@ -37,6 +37,7 @@ static const struct {
     [PROBLEM_DISK_FULL] = {507, TYPE "disk-full", "The server's disk is full"},
 };
 
+static void begin(struct reply *reply);
 static void fill_take(struct reply *reply, int status, const char *content_type, char *body);
 static struct text begin_problem(enum problem problem, const char *detail);
 static void end_problem(struct reply *reply, enum problem problem, struct text *text);
@@ -45,6 +46,7 @@ void reply_fini(struct reply *reply)
 {
     free(reply->body);
     stream_fini(&reply->stream);
+    hold_fini(&reply->hold);
     *reply = (struct reply){0};
 }
 
@@ -53,6 +55,13 @@ void stream_fini(struct stream *stream)
     if (stream->read && stream->free)
         stream->free(stream->state);
     *stream = (struct stream){0};
+}
+
+void hold_fini(struct hold *hold)
+{
+    if (hold->ready && hold->free)
+        hold->free(hold->state);
+    *hold = (struct hold){0};
 }
 
 void reply_json_take(struct reply *reply, char *json)
@@ -85,10 +94,55 @@ void reply_stream_take(struct reply *reply, const char *content_type, const stru
         reply->status = 200;
 }
 
-void reply_immutable(struct reply *reply)
+void reply_events_take(struct reply *reply, const struct stream *stream)
 {
-    if (reply->status == 200)
-        reply->cache_control = "private, max-age=86400, immutable";
+    reply_stream_take(reply, "text/event-stream", stream);
+    reply->live = true;
+}
+
+void reply_hold_take(struct reply *reply, const struct hold *hold)
+{
+    begin(reply);
+    reply->hold = *hold;
+}
+
+void reply_immutable(struct reply *reply, const char *etag)
+{
+    if (reply->status != 200 && reply->status != 304)
+        return;
+    reply->cache_control = "private, max-age=86400, immutable";
+    if (etag)
+        snprintf(reply->etag, sizeof(reply->etag), "\"%s\"", etag);
+}
+
+void reply_revalidate(struct reply *reply, const char *etag)
+{
+    if (reply->status != 200 && reply->status != 304)
+        return;
+    reply->cache_control = "private, no-cache";
+    if (etag)
+        snprintf(reply->etag, sizeof(reply->etag), "\"%s\"", etag);
+}
+
+bool reply_unchanged(struct reply *reply, const struct request *request, const char *etag)
+{
+    const char *rest = request->if_none_match;
+    size_t length = strlen(etag);
+    bool same = false;
+    if (rest && strcmp(rest, "*") == 0)
+        same = true;
+    /* "a", W/"b", ...: weak comparison, and the tags hold no commas of their own */
+    while (rest && *rest && !same) {
+        rest += strspn(rest, " \t,");
+        rest += strncmp(rest, "W/", 2) == 0 ? 2 : 0;
+        same = rest[0] == '"' && strncmp(rest + 1, etag, length) == 0 && rest[1 + length] == '"';
+        rest += strcspn(rest, ",");
+    }
+    if (same) {
+        begin(reply);
+        reply->status = 304;
+    }
+    return same;
 }
 
 void reply_problem(struct reply *reply, enum problem problem, const char *format, ...)
@@ -168,9 +222,18 @@ void reply_bcd(struct reply *reply, enum bcd_status status, const struct bcd_err
         reply_problem(reply, PROBLEM_INTERNAL, "the engine failed: %s", bcd_status_text(status));
 }
 
+/* Empty but for who asked for what. */
+static void begin(struct reply *reply)
+{
+    struct reply kept = {.route = reply->route};
+    memcpy(kept.owner, reply->owner, sizeof(kept.owner));
+    reply_fini(reply);
+    *reply = kept;
+}
+
 static void fill_take(struct reply *reply, int status, const char *content_type, char *body)
 {
-    reply_fini(reply);
+    begin(reply);
     reply->status = body ? status : 503;
     reply->content_type = content_type;
     reply->body = body;

@@ -43,8 +43,18 @@ void reply_later_take(struct reply *reply, const char *location, char *json);
 void reply_text_take(struct reply *reply, const char *content_type, char *text);
 /* A body made while it is sent, taken over; one without `read` = out of memory. */
 void reply_stream_take(struct reply *reply, const char *content_type, const struct stream *stream);
-/* What was answered never changes: clients may keep it. */
-void reply_immutable(struct reply *reply);
+/* Events as they come (text/event-stream), taken over. */
+void reply_events_take(struct reply *reply, const struct stream *stream);
+/* No answer yet: the handler is asked again. Taken over. */
+void reply_hold_take(struct reply *reply, const struct hold *hold);
+
+/* What was answered never changes: clients may keep it. etag (without quotes, [a-z0-9.-]; NULL =
+ * none) names these bytes and no others. */
+void reply_immutable(struct reply *reply, const char *etag);
+/* The same for what may change at any time: clients ask whether it has. */
+void reply_revalidate(struct reply *reply, const char *etag);
+/* True, and the reply is a 304, when the client has what `etag` names. Before the body is made. */
+bool reply_unchanged(struct reply *reply, const struct request *request, const char *etag);
 
 /* detail is printf-style, words for the user. */
 void reply_problem(struct reply *reply, enum problem problem, const char *format, ...)
