@@ -32,7 +32,7 @@
 #define BCD_VERSION "0.1.0"
 
 /* Raised by one whenever the same job and seed would give other numbers than before. */
-#define BCD_RESULT_VERSION 3
+#define BCD_RESULT_VERSION 4
 
 /* ------------------------------------------------------------------ status */
 
@@ -197,6 +197,10 @@ const struct bcd_fact *bcd_scene_fact(const struct bcd_scene *scene, size_t inde
  * is a parameter like any other. Writes at most `size` bytes, returns the length. */
 size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size);
 
+/* The same without how many realizations there are, only whether more than one: jobs with equal
+ * bytes run the same realizations in the same chunks, one of them more of them than another. */
+size_t bcd_scene_encode_family(const struct bcd_scene *scene, void *bytes, size_t size);
+
 /* The job's size before it runs. core_seconds is a rough figure for one core. */
 struct bcd_estimate {
     double run_bytes;    /* memory of one run in motion, checkpoint included */
@@ -217,6 +221,9 @@ double bcd_scene_pair_force(const struct bcd_scene *scene, double gap);
  * restarts. */
 int64_t bcd_scene_chunks(const struct bcd_scene *scene);
 
+/* How many realizations the first `chunks` of them hold. */
+int64_t bcd_scene_realizations(const struct bcd_scene *scene, int64_t chunks);
+
 /* --------------------------------------------------------------------- run */
 
 struct bcd_run;
@@ -228,6 +235,14 @@ struct bcd_table;
 enum bcd_status bcd_run_create(struct bcd_run **run, const struct bcd_scene *scene, int64_t chunk,
                                struct bcd_error *error);
 void bcd_run_free(struct bcd_run *run);
+
+/* Lets a run that was just created go on from what its chunk's first realizations measured: `tally`
+ * of a finished run of the same chunk in a job of the same family (bcd_scene_encode_family), which
+ * had fewer. Bit for bit as if it had run them itself. BCD_CORRUPT, and the run as it was, when the
+ * tally is another job's, holds more realizations than the chunk, or there is but one: a single
+ * realization is cut into blocks, and more of them is another job. */
+enum bcd_status bcd_run_continue(struct bcd_run *run, const struct bcd_tally *tally,
+                                 struct bcd_error *error);
 
 /* Advances by at most `ticks` ticks (time steps), all realizations of the chunk one after another
  * counted together. Cutting a run into slices differently changes no bit of it. Fails only where a
@@ -248,11 +263,14 @@ const struct bcd_tally *bcd_run_tally(const struct bcd_run *run);
 
 /* ------------------------------------------------------------------- tally */
 
-/* An empty tally for a scene. Chunks are merged in the order 0, 1, 2, ...; other orders give the
+/* An empty tally for a scene; tallies of jobs of one family are alike. Chunks are merged in the order 0, 1, 2, ...; other orders give the
  * same numbers only up to rounding. */
 enum bcd_status bcd_tally_create(struct bcd_tally **tally, const struct bcd_scene *scene);
 void bcd_tally_free(struct bcd_tally *tally);
 void bcd_tally_merge(struct bcd_tally *into, const struct bcd_tally *from);
+
+/* How many whole realizations are in it. */
+int64_t bcd_tally_realizations(const struct bcd_tally *tally);
 
 /* As bytes (little-endian, versioned, checksummed), to be kept. */
 size_t bcd_tally_size(const struct bcd_tally *tally);

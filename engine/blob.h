@@ -14,7 +14,7 @@ enum { BLOB_HEADER_SIZE = 48 };
 /* Kind in the upper, version in the lower half: a new layout raises the version. */
 enum blob_kind {
     BLOB_CHECKPOINT = 1 << 16 | 1,
-    BLOB_TALLY = 2 << 16 | 1,
+    BLOB_TALLY = 2 << 16 | 2,
     BLOB_TABLE = 3 << 16 | 1,
 };
 

@@ -51,8 +51,9 @@ struct plan {
     int64_t realizations, per_chunk, chunks;
     int64_t blocks; /* a run's samples: 1, or more when there is but one realization */
 
-    /* The error of the time step: the first `paired` realizations are run once more with steps of
-     * twice the length on the same noise, by a plan of their own. 0 = none, no_pair says why. */
+    /* The error of the time step: `paired` of the realizations (plan_is_paired) are run once more
+     * with steps of twice the length on the same noise, by a plan of their own. 0 = none, no_pair
+     * says why. */
     int64_t paired;
     const char *no_pair;
     const struct plan *fine; /* of that second plan: the first one; of the first: itself */
@@ -62,6 +63,13 @@ struct plan {
 static inline int64_t plan_ticks_per_step(const struct plan *plan)
 {
     return plan->fine == plan ? 1 : 2;
+}
+
+/* Whether realization i is one of the pairs: the first two, then every fourth from the ninth on. A
+ * matter of its number alone, so that what fewer realizations measure is how more of them begin. */
+static inline bool plan_is_paired(const struct plan *plan, int64_t i)
+{
+    return plan->paired > 0 && (i < 2 || (i >= 8 && i % 4 == 0));
 }
 
 /* First tick after block b (0 <= b < blocks), counted from the start of the measurement. */

@@ -46,11 +46,13 @@ struct bcd_run {
 
 /* ------------------------------------------------------------------ making */
 
-/* How many of the chunk's realizations make a second pass. */
-static int64_t paired_in_chunk(const struct bcd_run *run)
+/* How many of the chunk's first `realizations` realizations make a second pass. */
+static int64_t paired_among(const struct bcd_run *run, int64_t realizations)
 {
-    int64_t left = run->plan->paired - run->first;
-    return left < 0 ? 0 : left < run->count ? left : run->count;
+    int64_t paired = 0;
+    for (int64_t i = 0; i < realizations; i++)
+        paired += plan_is_paired(run->plan, run->first + i);
+    return paired;
 }
 
 static void add_observer(struct bcd_run *run, const struct scene_part *part,
@@ -110,7 +112,7 @@ static void lay_out(struct bcd_run *run)
     run->observer_count = 0;
     size_t values = lay_out_first_pass(run);
     run->first_pass = run->observer_count;
-    if (paired_in_chunk(run) > 0) {
+    if (paired_among(run, run->count) > 0) {
         lay_out_second_pass(run);
         run->paired = arena_take(&run->kept, (size_t)run->scene->coarse.blocks * values *
                                                  sizeof *run->paired);
@@ -174,8 +176,7 @@ static int64_t ticks_of_pass(const struct plan *plan)
 /* Ticks of the chunk's first `realizations` realizations, second passes included. */
 static int64_t ticks_of(const struct bcd_run *run, int64_t realizations)
 {
-    int64_t paired = paired_in_chunk(run);
-    paired = paired < realizations ? paired : realizations;
+    int64_t paired = paired_among(run, realizations);
     return realizations * ticks_of_pass(run->plan) +
            (paired > 0 ? paired * ticks_of_pass(&run->scene->coarse) : 0);
 }
@@ -310,9 +311,12 @@ static void look(struct bcd_run *run, enum view view, int64_t measured)
 static enum bcd_status next_pass(struct bcd_run *run, struct bcd_error *error)
 {
     struct progress *progress = run->progress;
-    progress->second_pass =
-        !progress->second_pass && progress->realization < paired_in_chunk(run);
-    progress->realization += !progress->second_pass;
+    progress->second_pass = !progress->second_pass &&
+                            plan_is_paired(run->plan, run->first + progress->realization);
+    if (!progress->second_pass) {
+        progress->realization++;
+        *run->tally.realizations += 1;
+    }
     return finished(run) ? BCD_OK : begin_realization(run, error);
 }
 
@@ -372,6 +376,21 @@ const struct bcd_tally *bcd_run_tally(const struct bcd_run *run)
     return &run->tally;
 }
 
+enum bcd_status bcd_run_continue(struct bcd_run *run, const struct bcd_tally *tally,
+                                 struct bcd_error *error)
+{
+    double done = *tally->realizations;
+    if (tally->identity != run->tally.identity)
+        return error_set(error, BCD_CORRUPT, "", "the tally belongs to another job");
+    if (run->plan->realizations < 2 || !(done >= 0 && done <= (double)run->count))
+        return error_set(error, BCD_CORRUPT, "",
+                         "a tally of %.17g realizations is not how a run of %lld begins", done,
+                         (long long)run->count);
+    tally_copy(&run->tally, tally);
+    *run->progress = (struct progress){.realization = (int64_t)done};
+    return finished(run) ? BCD_OK : begin_realization(run, error);
+}
+
 /* -------------------------------------------------------------- checkpoint */
 
 static uint64_t checkpoint_identity(const struct bcd_run *run)
@@ -415,6 +434,12 @@ int64_t bcd_scene_chunks(const struct bcd_scene *scene)
     return scene->plan.chunks;
 }
 
+int64_t bcd_scene_realizations(const struct bcd_scene *scene, int64_t chunks)
+{
+    const struct plan *plan = &scene->plan;
+    return chunks < plan->chunks ? chunks * plan->per_chunk : plan->realizations;
+}
+
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate)
 {
     const struct plan *plan = &scene->plan;
@@ -427,7 +452,7 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
     *estimate = (struct bcd_estimate){
         .run_bytes = 2.0 * (double)run.kept.used + (double)run.scratch.used,
         .result_bytes = 6.0 * sizeof(double) * (double)tally_count(scene),
-        .tally_bytes = (3.0 * sizeof(double) * (double)tally_count(scene) + BLOB_HEADER_SIZE) *
+        .tally_bytes = ((3.0 * (double)tally_count(scene) + 1) * sizeof(double) + BLOB_HEADER_SIZE) *
                        (double)plan->chunks,
         .steps = steps,
         .rod_steps = rod_steps,

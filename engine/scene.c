@@ -306,6 +306,7 @@ struct encoder {
     char *at;
     size_t size, used; /* used counts on when size is exhausted */
     uint64_t hash;     /* of all of it */
+    bool family;       /* leave out how many realizations there are */
 };
 
 static void encode_bytes(struct encoder *e, const char *bytes, size_t length)
@@ -353,7 +354,10 @@ static void encode_group(struct encoder *e, const struct bcd_group *group)
 {
     for (const struct bcd_param *row = group->rows; row->name; row++) {
         encode(e, "%s/%s ", group->pointer, row->name);
-        encode_value(e, group, row);
+        if (e->family && row->offset == offsetof(struct job_par, realizations) && !group->type)
+            encode(e, bcd_group_integer(group, row) > 1 ? "several" : "one");
+        else
+            encode_value(e, group, row);
         encode(e, "\n");
     }
 }
@@ -375,9 +379,23 @@ size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size)
     return e.used;
 }
 
+size_t bcd_scene_encode_family(const struct bcd_scene *scene, void *bytes, size_t size)
+{
+    struct encoder e = {.at = bytes, .size = size, .family = true};
+    encode_scene(&e, scene);
+    return e.used;
+}
+
 uint64_t scene_identity(const struct bcd_scene *scene)
 {
     struct encoder e = {.hash = BLOB_HASH_START};
+    encode_scene(&e, scene);
+    return e.hash;
+}
+
+uint64_t scene_family(const struct bcd_scene *scene)
+{
+    struct encoder e = {.hash = BLOB_HASH_START, .family = true};
     encode_scene(&e, scene);
     return e.hash;
 }

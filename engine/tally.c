@@ -30,18 +30,25 @@ size_t tally_count(const struct bcd_scene *scene)
     return count;
 }
 
+/* Bytes of a tally of `count` values. */
+static size_t bytes_of(size_t count)
+{
+    return (3 * count + 1) * sizeof(double);
+}
+
 static void point_into(struct bcd_tally *tally, double *memory)
 {
     tally->samples = memory;
     tally->mean = memory ? memory + tally->count : NULL;
     tally->square = memory ? memory + 2 * tally->count : NULL;
+    tally->realizations = memory ? memory + 3 * tally->count : NULL;
 }
 
 void tally_layout(struct bcd_tally *tally, const struct bcd_scene *scene, size_t count,
                   struct arena *kept)
 {
-    *tally = (struct bcd_tally){.identity = scene_identity(scene), .count = count};
-    point_into(tally, arena_take(kept, 3 * count * sizeof(double)));
+    *tally = (struct bcd_tally){.identity = scene_family(scene), .count = count};
+    point_into(tally, arena_take(kept, bytes_of(count)));
 }
 
 enum bcd_status bcd_tally_create(struct bcd_tally **out, const struct bcd_scene *scene)
@@ -49,9 +56,9 @@ enum bcd_status bcd_tally_create(struct bcd_tally **out, const struct bcd_scene 
     struct bcd_tally *tally = calloc(1, sizeof *tally);
     if (!tally)
         return BCD_NO_MEMORY;
-    tally->identity = scene_identity(scene);
+    tally->identity = scene_family(scene);
     tally->count = tally_count(scene);
-    tally->owned = calloc(3 * tally->count, sizeof(double));
+    tally->owned = calloc(1, bytes_of(tally->count));
     if (!tally->owned) {
         free(tally);
         return BCD_NO_MEMORY;
@@ -81,9 +88,21 @@ void tally_add(struct bcd_tally *tally, const double *values)
     }
 }
 
+void tally_copy(struct bcd_tally *to, const struct bcd_tally *from)
+{
+    assert(to->identity == from->identity && to->count == from->count);
+    memcpy(to->samples, from->samples, bytes_of(to->count));
+}
+
+int64_t bcd_tally_realizations(const struct bcd_tally *tally)
+{
+    return (int64_t)*tally->realizations;
+}
+
 void bcd_tally_merge(struct bcd_tally *into, const struct bcd_tally *from)
 {
     assert(into->identity == from->identity && into->count == from->count);
+    *into->realizations += *from->realizations;
     for (size_t i = 0; i < into->count; i++) {
         double a = into->samples[i], b = from->samples[i], n = a + b;
         if (b == 0)
@@ -99,12 +118,12 @@ void bcd_tally_merge(struct bcd_tally *into, const struct bcd_tally *from)
 
 size_t bcd_tally_size(const struct bcd_tally *tally)
 {
-    return BLOB_HEADER_SIZE + 3 * tally->count * sizeof(double);
+    return BLOB_HEADER_SIZE + bytes_of(tally->count);
 }
 
 void bcd_tally_save(const struct bcd_tally *tally, void *bytes)
 {
-    memcpy((char *)bytes + BLOB_HEADER_SIZE, tally->samples, 3 * tally->count * sizeof(double));
+    memcpy((char *)bytes + BLOB_HEADER_SIZE, tally->samples, bytes_of(tally->count));
     blob_seal(bytes, BLOB_TALLY, tally->identity, bcd_tally_size(tally));
 }
 
@@ -117,8 +136,7 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
     if (size != bcd_tally_size(tally))
         return error_set(error, BCD_CORRUPT, "", "a tally of %zu bytes, %zu expected", size,
                          bcd_tally_size(tally));
-    memcpy(tally->samples, (const char *)bytes + BLOB_HEADER_SIZE,
-           3 * tally->count * sizeof(double));
+    memcpy(tally->samples, (const char *)bytes + BLOB_HEADER_SIZE, bytes_of(tally->count));
     return BCD_OK;
 }
 
@@ -157,33 +175,37 @@ enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_
                                 const struct bcd_theory *theory, size_t index,
                                 struct bcd_table **out)
 {
-    assert(tally->identity == scene_identity(scene));
+    assert(tally->identity == scene_family(scene));
     const struct scene_part *part = scene_observable(scene, index);
     if (!part)
         return BCD_INVALID;
     const struct observable_type *type = scene_observable_type(part);
     const void *par = part->group.values;
+    struct plan plan = scene->plan; /* as if it had been for the realizations that there are */
+    plan.fine = &plan;
+    if (*tally->realizations > 0)
+        plan.realizations = bcd_tally_realizations(tally);
     struct moments moments = moments_of(tally, scene, index, 0),
                    second = moments_of(tally, scene, index, 1);
     struct bcd_table *table = calloc(1, sizeof *table);
     if (!table)
         return BCD_NO_MEMORY;
-    enum bcd_status status = type->describe(par, &scene->plan, &moments, table);
+    enum bcd_status status = type->describe(par, &plan, &moments, table);
     if (!status)
         status = table_add_moments(table, type->value, &moments);
     if (!status && type->extend)
-        status = type->extend(par, &scene->plan, table);
+        status = type->extend(par, &plan, table);
     if (!status)
         status = reference_add(table, theory, scene, index);
     if (!status)
         status = reference_compare(table, moments.samples);
     if (!status)
-        status = step_error_add(table, type, &scene->plan, &moments, &second);
+        status = step_error_add(table, type, &plan, &moments, &second);
     if (status) {
         bcd_table_free(table);
         return status;
     }
-    add_remarks(table, &scene->plan, plan_step_resolving(scene, type, par));
+    add_remarks(table, &plan, plan_step_resolving(scene, type, par));
     if (scene->unstable[0])
         table_note_text(table, "time_step_warning", scene->unstable);
     *out = table;

@@ -7,11 +7,12 @@
 #include "scene.h"
 
 /* Arrays of `count` values, observable after observable in the scene's order: number of samples
- * (realizations or blocks) that had a value, their mean, the sum of squared deviations. */
+ * (realizations or blocks) that had a value, their mean, the sum of squared deviations. Behind them,
+ * in the same piece of memory, one number: how many whole realizations are in them. */
 struct bcd_tally {
-    uint64_t identity;
+    uint64_t identity; /* of the family: jobs that differ in the number of realizations alone */
     size_t count;
-    double *samples, *mean, *square;
+    double *samples, *mean, *square, *realizations;
     double *owned; /* memory to free, or NULL when it lies in an arena */
 };
 
@@ -23,5 +24,8 @@ void tally_layout(struct bcd_tally *tally, const struct bcd_scene *scene, size_t
 
 /* One more sample: values[tally->count], NaN = none. */
 void tally_add(struct bcd_tally *tally, const double *values);
+
+/* Makes one tally what another of the same family is. */
+void tally_copy(struct bcd_tally *to, const struct bcd_tally *from);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Every registered method with every observable keeps the engine's promises: a run may be cut
- * anywhere, restored from a checkpoint, repeated - and gives the same bytes. */
+ * anywhere, restored from a checkpoint, repeated, continued from that of a smaller job - and gives
+ * the same bytes. */
 #include "support/experiment.h"
 #include "scene_json.h"
 
@@ -197,6 +198,133 @@ static void test_checkpoints_change_no_bit(void **state)
     for_all(check_checkpoints);
 }
 
+/* The scene with another number of realizations; NULL for those of a single one. */
+static struct bcd_scene *make_with(size_t scene, const char *method, int64_t realizations)
+{
+    static const char key[] = "'realizations': ";
+    const char *at = strstr(scenes[scene], key);
+    char rest[1200];
+    if (!at)
+        return NULL;
+    at += sizeof key - 1;
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+    snprintf(rest, sizeof rest, at + strspn(at, "0123456789"), method);
+#pragma GCC diagnostic pop
+    return experiment_scene("%.*s%lld%s", (int)(at - scenes[scene]), scenes[scene],
+                            (long long)realizations, rest);
+}
+
+static struct bytes chunk_of(struct bcd_scene *scene, int64_t chunk)
+{
+    struct bcd_run *run = NULL;
+    assert_int_equal(bcd_run_create(&run, scene, chunk, NULL), BCD_OK);
+    assert_int_equal(bcd_run_advance(run, bcd_run_ticks_total(run), NULL), BCD_OK);
+    struct bytes b = tally_bytes(bcd_run_tally(run));
+    bcd_run_free(run);
+    return b;
+}
+
+/* Runs the chunk on from the tally of its beginning, through `stops` checkpoints. */
+static struct bytes continue_from(struct bcd_scene *scene, int64_t chunk, struct bytes beginning,
+                                  int64_t stops)
+{
+    struct bcd_tally *tally = NULL;
+    struct bcd_run *run = NULL;
+    assert_int_equal(bcd_tally_create(&tally, scene), BCD_OK);
+    assert_int_equal(bcd_tally_restore(tally, beginning.at, beginning.size, NULL), BCD_OK);
+    assert_int_equal(bcd_run_create(&run, scene, chunk, NULL), BCD_OK);
+    assert_int_equal(bcd_run_advance(run, 3, NULL), BCD_OK); /* a trace to be wiped out */
+    assert_int_equal(bcd_run_continue(run, tally, NULL), BCD_OK);
+    size_t size = bcd_run_checkpoint_size(run);
+    void *checkpoint = malloc(size);
+    int64_t total = bcd_run_ticks_total(run), left = total - bcd_run_ticks_done(run);
+    assert_true(left < total || bcd_tally_realizations(tally) == 0);
+    for (int64_t i = 0; i < stops; i++) {
+        assert_int_equal(bcd_run_advance(run, left / (stops + 1), NULL), BCD_OK);
+        bcd_run_save(run, checkpoint);
+        bcd_run_free(run);
+        assert_int_equal(bcd_run_create(&run, scene, chunk, NULL), BCD_OK);
+        assert_int_equal(bcd_run_restore(run, checkpoint, size, NULL), BCD_OK);
+    }
+    assert_int_equal(bcd_run_advance(run, total, NULL), BCD_OK);
+    assert_int_equal(bcd_run_ticks_done(run), total);
+    struct bytes b = tally_bytes(bcd_run_tally(run));
+    free(checkpoint);
+    bcd_run_free(run);
+    bcd_tally_free(tally);
+    return b;
+}
+
+/* A larger job begins as a smaller one does: whole chunks are the same, the last one goes on. */
+static void check_continuation(size_t scene, const char *method)
+{
+    enum { LARGE = 77 };
+    struct bcd_scene *large = make_with(scene, method, LARGE);
+    if (!large)
+        return;
+    int64_t chunk = bcd_scene_chunks(large) - 1;
+    int64_t first = bcd_scene_realizations(large, chunk);
+    assert_int_equal(bcd_scene_realizations(large, chunk + 1), LARGE);
+    struct bytes begin = chunk_of(large, 0), end = chunk_of(large, chunk);
+    const int64_t counts[] = {first ? 1 : 2, (LARGE - first + 1) / 2, LARGE - first};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        struct bcd_scene *small = make_with(scene, method, first + counts[i]);
+        struct bytes partial = chunk_of(small, chunk);
+        struct bytes again = continue_from(large, chunk, partial, (int64_t)i);
+        assert_memory_equal(again.at, end.at, end.size);
+        free(again.at), free(partial.at);
+        if (chunk > 0 && i == 0) {
+            again = chunk_of(small, 0);
+            assert_memory_equal(again.at, begin.at, begin.size);
+            free(again.at);
+        }
+        bcd_scene_free(small);
+    }
+    free(begin.at), free(end.at);
+    bcd_scene_free(large);
+}
+
+static void test_continuations_change_no_bit(void **state)
+{
+    (void)state;
+    for_all(check_continuation);
+}
+
+static void test_strange_beginnings_are_refused(void **state)
+{
+    (void)state;
+    struct bcd_scene *several = make_with(1, "bcd", 66), *more = make_with(1, "bcd", 80),
+                     *other = make_with(3, "bcd", 2), *one = make(0, "bcd");
+    struct bcd_scene *const wrong[] = {several, other, one};
+    struct bcd_tally *tally = NULL, *blocks = NULL;
+    struct bcd_error error;
+    struct bytes b = chunk_of(more, 1), whole = chunk_of(one, 0);
+    assert_int_equal(bcd_tally_create(&tally, more), BCD_OK);
+    assert_int_equal(bcd_tally_restore(tally, b.at, b.size, NULL), BCD_OK);
+    assert_int_equal(bcd_tally_realizations(tally), 16);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        struct bcd_run *run = NULL;
+        int64_t chunk = bcd_scene_chunks(wrong[i]) - 1;
+        assert_int_equal(bcd_run_create(&run, wrong[i], chunk, NULL), BCD_OK);
+        assert_int_equal(bcd_run_continue(run, tally, &error), BCD_CORRUPT);
+        assert_int_equal(bcd_run_advance(run, bcd_run_ticks_total(run), NULL), BCD_OK);
+        struct bytes after = tally_bytes(bcd_run_tally(run)), plain = chunk_of(wrong[i], chunk);
+        assert_memory_equal(after.at, plain.at, plain.size);
+        free(after.at), free(plain.at);
+        bcd_run_free(run);
+    }
+    struct bcd_run *run = NULL; /* blocks of one realization are no beginning of several */
+    assert_int_equal(bcd_tally_create(&blocks, one), BCD_OK);
+    assert_int_equal(bcd_tally_restore(blocks, whole.at, whole.size, NULL), BCD_OK);
+    assert_int_equal(bcd_run_create(&run, one, 0, NULL), BCD_OK);
+    assert_int_equal(bcd_run_continue(run, blocks, &error), BCD_CORRUPT);
+    bcd_run_free(run);
+    free(b.at), free(whole.at);
+    bcd_tally_free(tally), bcd_tally_free(blocks);
+    bcd_scene_free(several), bcd_scene_free(more), bcd_scene_free(other), bcd_scene_free(one);
+}
+
 static void test_seed_and_realization_matter(void **state)
 {
     (void)state;
@@ -306,6 +434,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_slices_change_no_bit),
         cmocka_unit_test(test_checkpoints_change_no_bit),
+        cmocka_unit_test(test_continuations_change_no_bit),
+        cmocka_unit_test(test_strange_beginnings_are_refused),
         cmocka_unit_test(test_seed_and_realization_matter),
         cmocka_unit_test(test_damaged_checkpoints_are_refused),
         cmocka_unit_test(test_tables_survive_storage),
