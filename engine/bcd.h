@@ -263,8 +263,8 @@ const struct bcd_tally *bcd_run_tally(const struct bcd_run *run);
 
 /* ------------------------------------------------------------------- tally */
 
-/* An empty tally for a scene; tallies of jobs of one family are alike. Chunks are merged in the order 0, 1, 2, ...; other orders give the
- * same numbers only up to rounding. */
+/* An empty tally for a scene; tallies of jobs of one family are alike. Chunks are merged in the
+ * order 0, 1, 2, ...; other orders give the same numbers only up to rounding. */
 enum bcd_status bcd_tally_create(struct bcd_tally **tally, const struct bcd_scene *scene);
 void bcd_tally_free(struct bcd_tally *tally);
 void bcd_tally_merge(struct bcd_tally *into, const struct bcd_tally *from);

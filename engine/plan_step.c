@@ -170,8 +170,8 @@ void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
 
 /* ------------------------------------------------------- twice the time step */
 
-/* How many plan_is_paired chooses: a quarter of the realizations, two at least; of a single one half
- * its blocks: at most half as much work again. */
+/* How many plan_is_paired chooses: a quarter of the realizations, two at least; of a single one
+ * half its blocks: at most half as much work again. */
 static int64_t realizations_to_pair(const struct plan *plan)
 {
     int64_t quarter = (plan->realizations + 3) / 4;

@@ -452,7 +452,8 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
     *estimate = (struct bcd_estimate){
         .run_bytes = 2.0 * (double)run.kept.used + (double)run.scratch.used,
         .result_bytes = 6.0 * sizeof(double) * (double)tally_count(scene),
-        .tally_bytes = ((3.0 * (double)tally_count(scene) + 1) * sizeof(double) + BLOB_HEADER_SIZE) *
+        .tally_bytes = (sizeof(double) * (3.0 * (double)tally_count(scene) + 1) +
+                        BLOB_HEADER_SIZE) *
                        (double)plan->chunks,
         .steps = steps,
         .rod_steps = rod_steps,

@@ -55,8 +55,8 @@ static inline const struct observable_type *scene_observable_type(const struct s
     return observable_types[part->index];
 }
 
-/* What checkpoints of this scene belong to; and its tallies, which belong to all jobs that differ in
- * the number of realizations alone (bcd_scene_encode_family). */
+/* What checkpoints of this scene belong to; and its tallies, which belong to all jobs that differ
+ * in the number of realizations alone (bcd_scene_encode_family). */
 uint64_t scene_identity(const struct bcd_scene *scene);
 uint64_t scene_family(const struct bcd_scene *scene);
 

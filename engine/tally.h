@@ -7,8 +7,8 @@
 #include "scene.h"
 
 /* Arrays of `count` values, observable after observable in the scene's order: number of samples
- * (realizations or blocks) that had a value, their mean, the sum of squared deviations. Behind them,
- * in the same piece of memory, one number: how many whole realizations are in them. */
+ * (realizations or blocks) that had a value, their mean, the sum of squared deviations. Behind them
+ * in the same piece of memory stands one number: how many whole realizations are in them. */
 struct bcd_tally {
     uint64_t identity; /* of the family: jobs that differ in the number of realizations alone */
     size_t count;

@@ -4,6 +4,7 @@
 #include "cli.h"
 #include "cli_simulate.h"
 #include "plot_svg.h"
+#include "queue.h"
 #include "record_json.h"
 #include "scene_json.h"
 #include "table_csv.h"
@@ -42,26 +43,48 @@ static int run(const struct cli_line *line)
     return status;
 }
 
-static int check(const struct cli_line *line)
+/* What the hash is taken of, with a NUL at its end (malloc'ed). */
+static char *encoding_of(const struct bcd_scene *scene)
 {
-    struct bcd_scene *scene = NULL;
+    size_t size = bcd_scene_encode(scene, NULL, 0);
+    char *bytes = malloc(size + 1);
+    if (bytes) {
+        bcd_scene_encode(scene, bytes, size);
+        bytes[size] = '\0';
+    }
+    return bytes;
+}
+
+static char *checked(const struct bcd_scene *scene)
+{
     struct bcd_estimate estimate;
+    unsigned char hash[JOB_HASH_SIZE];
     struct text text = {0};
-    int status = cli_load_job(line->operand[0], &scene);
-    if (status != CLI_OK)
-        return status;
     bcd_scene_estimate(scene, &estimate);
     char *pieces[] = {scene_json_job(scene), scene_json_derived(scene),
                       record_json_estimate(&estimate, bcd_scene_chunks(scene))};
-    if (pieces[0] && pieces[1] && pieces[2])
-        text_add(&text, "{\"job\":%s,\n\"derived\":%s,\n\"estimate\":%.*s}\n", pieces[0], pieces[1],
-                 (int)strcspn(pieces[2], "\n"), pieces[2]);
-    else
-        text.failed = true;
+    text.failed = !pieces[0] || !pieces[1] || !pieces[2] || !queue_hash(scene, hash);
+    if (!text.failed) {
+        text_add(&text, "{\"job\":%s,\n\"derived\":%s,\n\"estimate\":%.*s,\n\"hash\":\"", pieces[0],
+                 pieces[1], (int)strcspn(pieces[2], "\n"), pieces[2]);
+        for (size_t i = 0; i < sizeof hash; i++)
+            text_add(&text, "%02x", hash[i]);
+        text_add(&text, "\"}\n");
+    }
     for (size_t i = 0; i < 3; i++)
         free(pieces[i]);
+    return text_take(&text);
+}
+
+static int check(const struct cli_line *line)
+{
+    struct bcd_scene *scene = NULL;
+    int status = cli_load_job(line->operand[0], &scene);
+    if (status != CLI_OK)
+        return status;
+    char *text = cli_given(line, "encoding") ? encoding_of(scene) : checked(scene);
     bcd_scene_free(scene);
-    return cli_print_take(text_take(&text));
+    return cli_print_take(text);
 }
 
 static const struct cli_option run_options[] = {
@@ -93,6 +116,11 @@ const struct cli_command cli_run_command = {
     .function = run,
 };
 
+static const struct cli_option check_options[] = {
+    {.name = "encoding", .doc = "prints what the hash is taken of instead, a line a value"},
+    {0},
+};
+
 const struct cli_command cli_check_command = {
     .name = "check",
     .operands = "JOB.json",
@@ -100,8 +128,10 @@ const struct cli_command cli_check_command = {
     .most = 1,
     .doc = "checks a job without running it",
     .text = "Prints the job completed with its defaults, what follows from it, and an estimate of\n"
-            "memory and time: {\"job\", \"derived\", \"estimate\"}. All faults go to stderr, each\n"
-            "with the JSON pointer of its field; the exit status is then 1.",
+            "memory and time: {\"job\", \"derived\", \"estimate\", \"hash\"}; jobs with the same\n"
+            "hash are the same job. All faults go to stderr, each with the JSON pointer of its\n"
+            "field; the exit status is then 1.",
+    .options = check_options,
     .function = check,
 };
 

@@ -71,7 +71,7 @@ check "run --svg: tells the parameters" grep -q 'particles 20, length 40, diamet
 # --- check
 bcd check "$T/job.json"
 check "check: exit status 0" exits 0
-check "check: job, derived, estimate" out 'keys == ["derived", "estimate", "job"]'
+check "check: job, derived, estimate, hash" out 'keys == ["derived", "estimate", "hash", "job"]'
 check "check: steps are counted" out '.derived.steps == 5000 and .estimate.steps == 42000'
 check "check: defaults are filled in" out '.job.temperature == 1 and .job.potential.wavelength == 1'
 bcd check "$T/long.json"
