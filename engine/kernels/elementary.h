@@ -25,6 +25,20 @@ static inline double absolute(double x)
     return x < 0 ? -x : x;
 }
 
+static inline double from_bits(uint64_t bits)
+{
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint64_t to_bits(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
 /* sin(2 pi v) for |v| <= 1/4. */
 static inline double sin_quarter(double v)
 {
@@ -44,15 +58,14 @@ static inline double sin_quarter(double v)
 /* sin(2 pi u) and cos(2 pi u) for |u| <= 1/2. */
 static inline double sin_half(double u)
 {
-    double a = absolute(u);
-    double folded = a < 0.25 ? a : 0.5 - a;
-    double s = sin_quarter(folded);
-    return u < 0 ? -s : s;
+    double a = fabs(u), back = 0.5 - a;
+    double s = sin_quarter(a < back ? a : back);
+    return from_bits(to_bits(s) ^ (to_bits(u) & 0x8000000000000000u));
 }
 
 static inline double cos_half(double u)
 {
-    return sin_quarter(0.25 - absolute(u));
+    return sin_quarter(0.25 - fabs(u));
 }
 
 /* sin(2 pi u) and cos(2 pi u) for |u| < 2^51: the argument counts turns. */
@@ -64,20 +77,6 @@ static inline double sin_turns(double u)
 static inline double cos_turns(double u)
 {
     return cos_half(u - round_whole(u));
-}
-
-static inline double from_bits(uint64_t bits)
-{
-    double x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static inline uint64_t to_bits(double x)
-{
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
 }
 
 /* ln x for normal positive x: x = m 2^e with m in [sqrt 1/2, sqrt 2), ln m = 2 artanh(s). */
@@ -129,7 +128,7 @@ static inline double arc_tangent(double x)
 {
     const double eighth = 0.41421356237309503, three_eighths = 2.414213562373095;
     const double quarter_turn = 1.5707963267948966;
-    double a = absolute(x);
+    double a = fabs(x);
     double up = a > three_eighths ? -1.0 : a > eighth ? a - 1.0 : a;
     double down = a > three_eighths ? a : a > eighth ? a + 1.0 : 1.0;
     double offset = a > three_eighths ? quarter_turn : a > eighth ? quarter_turn / 2 : 0.0;
