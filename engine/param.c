@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * param.c - see param.h and bcd.h. */
 #include "param.h"
+#include "blob.h"
 
 #include <assert.h>
 #include <math.h>
@@ -62,6 +63,50 @@ void group_free(struct bcd_group *group)
             free(*text_at(group, row));
     }
     free(group->values);
+}
+
+/* The bytes of one row's value; "" and NULL are the same text. */
+static const void *bytes_of(const struct bcd_group *group, const struct bcd_param *row,
+                            size_t *size)
+{
+    if (row->type == BCD_PARAM_TEXT) {
+        const char *text = *text_at(group, row) ? *text_at(group, row) : "";
+        *size = strlen(text);
+        return text;
+    }
+    if (row->type == BCD_PARAM_NUMBERS) {
+        const struct bcd_numbers *numbers = numbers_at(group, row);
+        *size = numbers->count * sizeof *numbers->at;
+        return numbers->at;
+    }
+    *size = sizeof(int64_t);
+    return (const char *)group->values + row->offset;
+}
+
+bool group_equal(const struct bcd_group *a, const struct bcd_group *b)
+{
+    static_assert(sizeof(int64_t) == sizeof(double), "a value of either kind has 8 bytes");
+    if (a->rows != b->rows)
+        return false;
+    for (const struct bcd_param *row = a->rows; row->name; row++) {
+        size_t size, other;
+        const void *bytes = bytes_of(a, row, &size), *others = bytes_of(b, row, &other);
+        if (size != other || (size > 0 && memcmp(bytes, others, size) != 0))
+            return false;
+    }
+    return true;
+}
+
+uint64_t group_hash(const struct bcd_group *group)
+{
+    uint64_t hash = BLOB_HASH_START;
+    for (const struct bcd_param *row = group->rows; row->name; row++) {
+        size_t size;
+        const void *bytes = bytes_of(group, row, &size);
+        hash = blob_hash(&size, sizeof size, hash);
+        hash = size > 0 ? blob_hash(bytes, size, hash) : hash;
+    }
+    return hash;
 }
 
 static void mark_given(struct bcd_group *group, const struct bcd_param *row)

@@ -12,6 +12,11 @@ void group_init(struct bcd_group *group, const struct bcd_param *rows, void *val
 /* Frees the values and the lists and texts in them. */
 void group_free(struct bcd_group *group);
 
+/* Of two groups: is every value the same, bit for bit, and what is hashed of them. Values that no
+ * row describes do not count. */
+bool group_equal(const struct bcd_group *a, const struct bcd_group *b);
+uint64_t group_hash(const struct bcd_group *group);
+
 /* A fault for each required row that was not given. */
 void group_check_required(const struct bcd_group *group, struct bcd_errors *errors);
 

@@ -40,6 +40,9 @@ struct potential_type {
     /* out[i] += scale * F(x[i]), F = -U' */
     void (*add_force)(const void *par, const struct rods *rods, double scale, double *out);
     double (*energy_sum)(const void *par, const struct rods *rods); /* sum of U(x[i]) */
+    /* energy[i] = U(x[i]) at time 0, i < n, bit for bit what energy_sum gives for one rod; NULL =
+     * that is asked. */
+    void (*energies)(const void *par, const double *x, int n, double *energy);
     /* y[i] follow dx/dt = mu F(x) exactly for a duration, F as it is at `time`; NULL = not known.
      * */
     void (*flow)(const void *par, const struct plan *plan, double time, double duration, double *y);

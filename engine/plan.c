@@ -5,6 +5,7 @@
  */
 #include "scene.h"
 #include "equilibrium.h"
+#include "scene_cache.h"
 #include "status.h"
 #include "plan_step.h"
 #include "step_error.h"
@@ -58,28 +59,16 @@ static void plan_geometry(struct bcd_scene *scene, struct bcd_errors *errors)
 
 /* The part of a slot that takes one, completed; NULL = none. */
 static struct scene_part *complete_part(struct bcd_scene *scene, enum bcd_slot slot,
-                                        const struct part_type *(*type)(int64_t index),
-                                        struct bcd_errors *errors)
+                                        struct bcd_scene_cache *cache, struct bcd_errors *errors)
 {
     for (size_t i = 0; i < scene->part_count; i++) {
         struct scene_part *part = &scene->parts[i];
         if (part->slot != slot)
             continue;
-        if (type(part->index)->complete)
-            type(part->index)->complete(&part->group, &scene->plan, errors);
+        scene_cache_complete(cache, scene, part, errors);
         return part;
     }
     return NULL;
-}
-
-static const struct part_type *potential_base(int64_t index)
-{
-    return &potential_types[index]->base;
-}
-
-static const struct part_type *pair_base(int64_t index)
-{
-    return &pair_types[index]->base;
 }
 
 /* On a ring a whole number of the potential's periods. Forces have the potential's own period,
@@ -112,14 +101,14 @@ static void plan_period(struct plan *plan, struct bcd_errors *errors)
     plan->period = plan->length / periods;
 }
 
-static void plan_field(struct bcd_scene *scene, struct bcd_errors *errors)
+static void plan_field(struct bcd_scene *scene, struct bcd_scene_cache *cache,
+                       struct bcd_errors *errors)
 {
     struct plan *plan = &scene->plan;
     plan->period = plan->length;
     plan->periods = 1;
     size_t before = errors->count;
-    struct scene_part *part =
-        complete_part(scene, BCD_SLOT_POTENTIAL, potential_base, errors);
+    struct scene_part *part = complete_part(scene, BCD_SLOT_POTENTIAL, cache, errors);
     if (!part || errors->count > before)
         return;
     plan->potential = potential_types[part->index];
@@ -169,34 +158,32 @@ static void plan_press(struct plan *plan)
 }
 
 /* Steepest slope and height of the field, from energies at many places. */
-static void plan_slope(struct plan *plan)
+static void plan_slope(struct bcd_scene *scene, struct bcd_scene_cache *cache)
 {
-    enum { PLACES = 4096 };
+    struct plan *plan = &scene->plan;
     plan->slope = fabs(plan->force);
     if (!plan->field)
         return;
-    double from = plan->low, width = plan->walls ? plan->length - plan->diameter : plan->period;
-    double before = plan_energy(plan, from), lowest = before, highest = before, steepest = 0;
-    for (int i = 1; i <= PLACES; i++) {
-        double now = plan_energy(plan, from + width * i / PLACES);
-        steepest = fmax(steepest, fabs(now - before) * PLACES / width);
-        lowest = fmin(lowest, now), highest = fmax(highest, now);
-        before = now;
-    }
-    plan->slope += steepest;
-    plan->barrier = highest - lowest;
+    double width = plan->walls ? plan->length - plan->diameter : plan->period;
+    struct field_scan scan = {.from = plan->low, .width = width};
+    scene_cache_scan(cache, scene, &scan);
+    plan->slope += scan.steepest;
+    plan->barrier = scan.barrier;
 }
 
-static void plan_pair(struct bcd_scene *scene, struct bcd_errors *errors)
+static void plan_pair(struct bcd_scene *scene, struct bcd_scene_cache *cache,
+                      struct bcd_errors *errors)
 {
     struct plan *plan = &scene->plan;
     size_t before = errors->count;
-    struct scene_part *part = complete_part(scene, BCD_SLOT_INTERACTION, pair_base, errors);
+    struct scene_part *part = complete_part(scene, BCD_SLOT_INTERACTION, cache, errors);
     if (!part || errors->count > before || plan->particles < 2)
         return;
     const struct pair_type *pair = pair_types[part->index];
     plan->pair = pair->absent(part->group.values) ? NULL : pair;
     plan->pair_par = part->group.values;
+    if (plan->pair)
+        plan->stiffness = scene_cache_stiffness(cache, scene);
 }
 
 /* What the observables ask of the method. */
@@ -316,7 +303,8 @@ static void plan_sampling(struct bcd_scene *scene, struct bcd_errors *errors)
     plan->sample_steps = steps >= 1 && steps <= steps_max ? (int64_t)steps : 1;
 }
 
-/* Exact draws cost about N^(3/2) steps of a microsecond each. */
+/* Whether starts can be drawn, as far as that is cheap to tell: plan_prepare does the rest. Draws
+ * cost about N^(3/2) steps of a microsecond each. */
 static void plan_initial(struct bcd_scene *scene, struct bcd_errors *errors)
 {
     struct plan *plan = &scene->plan;
@@ -337,12 +325,21 @@ static void plan_initial(struct bcd_scene *scene, struct bcd_errors *errors)
         bcd_errors_add(errors, "/initial",
                        "\"equilibrium\" is drawn where the potential spans at most %d kT, not %.4g",
                        EQUILIBRIUM_BARRIER_MAX, plan->barrier / plan->temperature);
-        return;
     }
+}
+
+enum bcd_status plan_prepare(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    struct plan *plan = &scene->plan;
+    if (plan->initial != INITIAL_EQUILIBRIUM || plan->sampler)
+        return BCD_OK;
     struct theory_system system = equilibrium_system(plan);
     struct bcd_error error = {0};
-    if (theory_sampler_create(&plan->sampler, &system, &error))
+    enum bcd_status status = theory_sampler_create(&plan->sampler, &system, &error);
+    if (status)
         bcd_errors_add(errors, "/initial", "\"equilibrium\" is not possible: %.180s", error.text);
+    scene->coarse.sampler = plan->sampler;
+    return status;
 }
 
 static void plan_chunks(struct plan *plan)
@@ -353,12 +350,12 @@ static void plan_chunks(struct plan *plan)
     plan->chunks = (plan->realizations + plan->per_chunk - 1) / plan->per_chunk;
 }
 
-void plan_make(struct bcd_scene *scene, struct bcd_errors *errors)
+void plan_make(struct bcd_scene *scene, struct bcd_scene_cache *cache, struct bcd_errors *errors)
 {
     plan_geometry(scene, errors);
-    plan_field(scene, errors);
-    plan_pair(scene, errors);
-    plan_slope(&scene->plan);
+    plan_field(scene, cache, errors);
+    plan_pair(scene, cache, errors);
+    plan_slope(scene, cache);
     plan_press(&scene->plan);
     plan_demands(scene);
     plan_method(scene, errors);

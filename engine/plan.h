@@ -24,7 +24,7 @@ struct plan {
     double low; /* least y: 0 on a ring (any turn of it), diameter / 2 at a wall */
     double mobility, temperature, diffusion, force;
     int64_t initial;
-    struct theory_sampler *sampler; /* of INITIAL_EQUILIBRIUM; the scene's, to be shared */
+    struct theory_sampler *sampler; /* of INITIAL_EQUILIBRIUM, once prepared; the scene's */
     uint64_t seed;
 
     const struct potential_type *potential; /* NULL = none */
@@ -38,6 +38,7 @@ struct plan {
 
     const struct pair_type *pair; /* NULL = none, or it exerts no force */
     const void *pair_par;
+    double stiffness; /* of it, as its slot says; 0 without */
 
     double tolerance;                        /* relative error that auto choices aim at */
     bool asks_dynamics, asks_contact_forces; /* some observable does */

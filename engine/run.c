@@ -129,6 +129,7 @@ enum bcd_status bcd_run_create(struct bcd_run **out, const struct bcd_scene *sce
 {
     const struct plan *plan = &scene->plan;
     assert(scene->complete && chunk >= 0 && chunk < plan->chunks);
+    assert(plan->initial != INITIAL_EQUILIBRIUM || plan->sampler); /* prepared */
     struct bcd_run *run = calloc(1, sizeof *run);
     if (!run)
         return error_set(error, BCD_NO_MEMORY, "", "no memory for a run");
@@ -448,12 +449,11 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
     double steps = (double)ticks_of_pass(plan) * (double)plan->realizations;
     if (plan->paired > 0)
         steps += (double)ticks_of_pass(&scene->coarse) * (double)plan->paired;
-    double rod_steps = steps * (double)plan->particles;
+    double rod_steps = steps * (double)plan->particles, values = (double)run.tally.count;
     *estimate = (struct bcd_estimate){
         .run_bytes = 2.0 * (double)run.kept.used + (double)run.scratch.used,
-        .result_bytes = 6.0 * sizeof(double) * (double)tally_count(scene),
-        .tally_bytes = (sizeof(double) * (3.0 * (double)tally_count(scene) + 1) +
-                        BLOB_HEADER_SIZE) *
+        .result_bytes = 6.0 * sizeof(double) * values,
+        .tally_bytes = (sizeof(double) * (3.0 * values + 1) + BLOB_HEADER_SIZE) *
                        (double)plan->chunks,
         .steps = steps,
         .rod_steps = rod_steps,

@@ -2,6 +2,7 @@
  * scene.c - the job: its rows, its parts, its canonical encoding. See scene.h and bcd.h. */
 #include "scene.h"
 #include "blob.h"
+#include "scene_cache.h"
 #include "status.h"
 #include "theory/sampler.h"
 
@@ -167,13 +168,8 @@ void bcd_scene_free(struct bcd_scene *scene)
     if (!scene)
         return;
     theory_sampler_free(scene->plan.sampler);
-    for (size_t i = 0; i < scene->part_count; i++) {
-        struct scene_part *part = &scene->parts[i];
-        const struct part_type *type = slots[part->slot].at((size_t)part->index);
-        if (type->release)
-            type->release(part->group.values);
-        group_free(&part->group);
-    }
+    for (size_t i = 0; i < scene->part_count; i++)
+        scene_part_end(&scene->parts[i]);
     free(scene);
 }
 
@@ -276,7 +272,8 @@ const struct scene_part *scene_observable(const struct bcd_scene *scene, size_t 
 
 /* -------------------------------------------------------------- completion */
 
-enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_errors *errors)
+enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_scene_cache *cache,
+                                   struct bcd_errors *errors)
 {
     struct bcd_errors own = {0};
     errors = errors ? errors : &own;
@@ -286,12 +283,18 @@ enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_errors *e
     if (!scene_observable(scene, 0))
         bcd_errors_add(errors, "/observables", "is required: at least one observable");
     if (errors->count == 0)
-        plan_make(scene, errors);
+        plan_make(scene, cache, errors);
     if (errors->count > 0)
         return BCD_INVALID;
     plan_list_facts(scene);
     scene->complete = true;
     return BCD_OK;
+}
+
+enum bcd_status bcd_scene_prepare(struct bcd_scene *scene, struct bcd_errors *errors)
+{
+    assert(scene->complete);
+    return plan_prepare(scene, errors);
 }
 
 const struct bcd_fact *bcd_scene_fact(const struct bcd_scene *scene, size_t index)
@@ -311,10 +314,16 @@ struct encoder {
 
 static void encode_bytes(struct encoder *e, const char *bytes, size_t length)
 {
-    for (size_t i = 0; i < length && e->used + i < e->size; i++)
-        e->at[e->used + i] = bytes[i];
+    size_t room = e->used < e->size ? e->size - e->used : 0;
+    if (room > 0)
+        memcpy(e->at + e->used, bytes, length < room ? length : room);
     e->used += length;
     e->hash = blob_hash(bytes, length, e->hash);
+}
+
+static void encode_word(struct encoder *e, const char *word)
+{
+    encode_bytes(e, word, strlen(word));
 }
 
 /* Pieces of at most 255 characters. */
@@ -336,8 +345,8 @@ static void encode_value(struct encoder *e, const struct bcd_group *group,
 {
     const char *text = bcd_group_text(group, row);
     if (text) {
-        encode(e, "text ");
-        encode_bytes(e, text, strlen(text));
+        encode_word(e, "text ");
+        encode_word(e, text);
     } else if (row->type == BCD_PARAM_INTEGER) {
         encode(e, "integer %lld", (long long)bcd_group_integer(group, row));
     } else if (row->type == BCD_PARAM_NUMBERS) {
@@ -353,12 +362,15 @@ static void encode_value(struct encoder *e, const struct bcd_group *group,
 static void encode_group(struct encoder *e, const struct bcd_group *group)
 {
     for (const struct bcd_param *row = group->rows; row->name; row++) {
-        encode(e, "%s/%s ", group->pointer, row->name);
+        encode_word(e, group->pointer);
+        encode_word(e, "/");
+        encode_word(e, row->name);
+        encode_word(e, " ");
         if (e->family && row->offset == offsetof(struct job_par, realizations) && !group->type)
-            encode(e, bcd_group_integer(group, row) > 1 ? "several" : "one");
+            encode_word(e, bcd_group_integer(group, row) > 1 ? "several" : "one");
         else
             encode_value(e, group, row);
-        encode(e, "\n");
+        encode_word(e, "\n");
     }
 }
 

@@ -29,6 +29,7 @@ struct scene_part {
     enum bcd_slot slot;
     int64_t index; /* within the slot's list of types */
     struct bcd_group group;
+    struct shared_part *shared; /* whose values they are; NULL = this scene's own */
 };
 
 struct bcd_scene {
@@ -44,8 +45,12 @@ struct bcd_scene {
     size_t fact_count;
 };
 
-/* The plan of a scene whose single fields are right; faults that only the whole can show. */
-void plan_make(struct bcd_scene *scene, struct bcd_errors *errors);
+/* The plan of a scene whose single fields are right; faults that only the whole can show. cache may
+ * be NULL. */
+void plan_make(struct bcd_scene *scene, struct bcd_scene_cache *cache, struct bcd_errors *errors);
+
+/* What runs need beyond the plan: the sampler of equilibrium starts. */
+enum bcd_status plan_prepare(struct bcd_scene *scene, struct bcd_errors *errors);
 void plan_list_facts(struct bcd_scene *scene);
 
 /* The observables of a scene, in order; NULL past the last. */

@@ -29,7 +29,7 @@ static inline double stiffness_rate(const struct plan *plan)
     if (!plan->pair)
         return 0;
     double unit = plan->pair->athermal ? plan->mobility : plan->diffusion;
-    return 2 * unit * plan->pair->stiffness(plan->pair_par, plan);
+    return 2 * unit * plan->stiffness;
 }
 
 /* Without forces that vary in space, reflection is all there is to a step: a drag shifts all rods

@@ -54,3 +54,11 @@ double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct
         sum[i - whole] += cos_turns((y[i] + (double)i * diameter) * k + phase);
     return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
+
+KERNEL_CLONES
+void wave_cosine(double *out, const double *x, int n, const struct wave *wave)
+{
+    const double k = wave->inverse_wavelength, phase = wave->phase;
+    for (int i = 0; i < n; i++)
+        out[i] = 0 + cos_turns(x[i] * k + phase);
+}

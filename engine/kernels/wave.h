@@ -23,4 +23,7 @@ void wave_flow(double *y, int64_t n, double diameter, const struct wave *wave, d
 /* Sum over i of cos(2 pi turns(x_i)), in a fixed order of eight partial sums. */
 double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct wave *wave);
 
+/* out[i] = cos(2 pi turns(x_i)): each as wave_sum_cosine gives it for that rod alone. */
+void wave_cosine(double *out, const double *x, int n, const struct wave *wave);
+
 #endif

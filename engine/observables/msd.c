@@ -198,7 +198,7 @@ static double msd_time_step_max(const void *par, const struct plan *plan)
 static size_t msd_count(const void *par, const struct plan *plan)
 {
     struct msd_lags lags;
-    find_lags(par, plan, &lags);
+    spread_lags(par, plan->fine, &lags);
     return (size_t)lags.count;
 }
 

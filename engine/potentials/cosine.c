@@ -112,6 +112,15 @@ static double cosine_energy_sum(const void *par, const struct rods *rods)
     return p->amplitude / 2 * wave_sum_cosine(rods->y, rods->count, rods->diameter, &wave);
 }
 
+static void cosine_energies(const void *par, const double *x, int n, double *energy)
+{
+    const struct cosine_par *p = par;
+    struct wave wave = wave_at(p, 0);
+    wave_cosine(energy, x, n, &wave);
+    for (int i = 0; i < n; i++)
+        energy[i] = p->amplitude / 2 * energy[i];
+}
+
 const struct potential_type potential_cosine = {
     .base = {.part = {.name = "cosine",
                       .doc = "U(x) = U0/2 cos(2 pi (x - v t)/lambda + phase)",
@@ -123,6 +132,7 @@ const struct potential_type potential_cosine = {
     .flow = cosine_flow,
     .add_force = cosine_add_force,
     .energy_sum = cosine_energy_sum,
+    .energies = cosine_energies,
     .steady = cosine_steady,
     .velocity = cosine_velocity,
 };

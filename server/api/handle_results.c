@@ -148,7 +148,7 @@ static char *caption(const struct job_record *record)
 {
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
-    if (scene_json_parse(record->job, strlen(record->job), &scene, &errors) != BCD_OK)
+    if (scene_json_complete(record->job, strlen(record->job), NULL, &scene, &errors) != BCD_OK)
         return NULL;
     char *line = caption_print(scene);
     bcd_scene_free(scene);

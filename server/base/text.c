@@ -15,6 +15,10 @@ static bool reserve(struct text *text, size_t more);
 void text_add(struct text *text, const char *format, ...)
 {
     va_list args;
+    if (!strchr(format, '%')) {
+        text_add_bytes(text, format, strlen(format));
+        return;
+    }
     va_start(args, format);
     int size = vsnprintf(NULL, 0, format, args);
     va_end(args);
@@ -47,8 +51,12 @@ void text_add_json_string(struct text *text, const char *string)
 {
     text_add_bytes(text, "\"", 1);
     for (const char *c = string; *c;) {
-        size_t length = text_utf8(c);
-        if (length == 0)
+        size_t plain = 0, length = text_utf8(c);
+        while (c[plain] >= ' ' && c[plain] < 0x7F && c[plain] != '"' && c[plain] != '\\')
+            plain++;
+        if (plain > 0)
+            text_add_bytes(text, c, length = plain);
+        else if (length == 0)
             text_add_bytes(text, REPLACEMENT, 3);
         else if (*c == '"' || *c == '\\')
             text_add(text, "\\%c", *c);

@@ -2,6 +2,7 @@
 #include "scene_json.h"
 #include "limits.h"
 #include "scan_json.h"
+#include "scene_json_tree.h"
 #include "text.h"
 #include "ticket_json.h"
 
@@ -19,7 +20,9 @@ enum { NAME_MAX_COMPARED = 40 };
 /* Whole numbers up to here are exact, however they were written. */
 #define WHOLE_MAX 9007199254740992.0
 
-static json_t *load(const char *text, size_t size, struct bcd_errors *errors);
+static enum bcd_status read_text(const char *text, size_t size, struct bcd_scene_cache *cache,
+                                 struct bcd_scene **out, struct ticket *ticket,
+                                 struct bcd_errors *errors);
 static void explain(const char *text, const json_error_t *error, struct bcd_errors *errors);
 static void read_job(json_t *object, struct bcd_scene *scene, struct bcd_errors *errors);
 static void read_slot(json_t *value, struct bcd_scene *scene, enum bcd_slot slot,
@@ -51,26 +54,56 @@ enum bcd_status scene_json_parse_ticket(const char *text, size_t size, struct bc
     struct bcd_scene *scene = NULL;
     struct ticket read = *ticket;
     errors = errors ? errors : &own;
-    json_t *job = load(text, size, errors);
-    enum bcd_status status = BCD_INVALID;
-    if (!job)
-        goto cleanup;
-    status = bcd_scene_create(&scene);
-    if (status != BCD_OK)
-        goto cleanup;
-    ticket_json_take(job, &read, errors);
-    read_job(job, scene, errors);
-    status = bcd_scene_complete(scene, errors);
+    enum bcd_status status = read_text(text, size, NULL, &scene, &read, errors);
+    if (status == BCD_OK)
+        status = bcd_scene_prepare(scene, errors);
     if (status == BCD_OK) {
         *out = scene;
-        scene = NULL;
         *ticket = read;
-        read = (struct ticket){0};
+    } else {
+        bcd_scene_free(scene);
+        ticket_fini(&read);
     }
-cleanup:
+    return status;
+}
+
+enum bcd_status scene_json_complete(const char *text, size_t size, struct bcd_scene_cache *cache,
+                                    struct bcd_scene **out, struct bcd_errors *errors)
+{
+    struct bcd_errors own = {0};
+    struct ticket ticket = {0};
+    enum bcd_status status = read_text(text, size, cache, out, &ticket, errors ? errors : &own);
+    ticket_fini(&ticket);
+    return status;
+}
+
+enum bcd_status scene_json_read(json_t *object, struct bcd_scene_cache *cache,
+                                struct bcd_scene **out, struct bcd_errors *errors)
+{
+    struct bcd_scene *scene = NULL;
+    enum bcd_status status = bcd_scene_create(&scene);
+    if (status != BCD_OK)
+        return status;
+    read_job(object, scene, errors);
+    status = bcd_scene_complete(scene, cache, errors);
+    if (status == BCD_OK)
+        *out = scene;
+    else
+        bcd_scene_free(scene);
+    return status;
+}
+
+/* The ticket may hold something of it also when the text is refused. */
+static enum bcd_status read_text(const char *text, size_t size, struct bcd_scene_cache *cache,
+                                 struct bcd_scene **out, struct ticket *ticket,
+                                 struct bcd_errors *errors)
+{
+    json_t *job = scene_json_load(text, size, "job", errors);
+    if (!job)
+        return BCD_INVALID;
+    ticket_json_take(job, ticket, errors);
+    enum bcd_status status = scene_json_read(job, cache, out, errors);
     json_decref(job);
-    ticket_fini(&read);
-    bcd_scene_free(scene);
     return status;
 }
 
@@ -126,7 +159,7 @@ char *scene_json_derived(const struct bcd_scene *scene)
 /* ----------------------------------------------------------------- reading */
 
 /* The text as a JSON object, or NULL with at least one fault. */
-static json_t *load(const char *text, size_t size, struct bcd_errors *errors)
+json_t *scene_json_load(const char *text, size_t size, const char *what, struct bcd_errors *errors)
 {
     json_error_t error;
     json_t *job = NULL;
@@ -151,7 +184,7 @@ static json_t *load(const char *text, size_t size, struct bcd_errors *errors)
         goto cleanup;
     }
     if (!json_is_object(job)) {
-        bcd_errors_add(errors, "", "a job is a JSON object, not %s", type_name(job));
+        bcd_errors_add(errors, "", "a %s is a JSON object, not %s", what, type_name(job));
         json_decref(job);
         job = NULL;
         goto cleanup;

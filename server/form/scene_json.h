@@ -9,7 +9,7 @@
 #include "bcd.h"
 #include "ticket.h"
 
-/* Reads a job (UTF-8 text of `size` bytes), completes it and hands over a finished scene.
+/* Reads a job (UTF-8 text of `size` bytes), completes and prepares it, hands over a finished scene.
  * Refuses (BCD_INVALID, every fault in errors with its JSON pointer): text that is not one JSON
  * object, duplicate keys, unknown keys, wrong types, numbers that are not finite or would silently
  * become 0. Text that is no JSON at all is one fault whose code is BCD_CORRUPT. */
@@ -20,6 +20,11 @@ enum bcd_status scene_json_parse(const char *text, size_t size, struct bcd_scene
  * forgets. The ticket comes empty or with its owner set; on failure it is left as it was. */
 enum bcd_status scene_json_parse_ticket(const char *text, size_t size, struct bcd_scene **scene,
                                         struct ticket *ticket, struct bcd_errors *errors);
+
+/* The same without preparation: the scene is good for everything but runs (see bcd.h). cache may be
+ * NULL. */
+enum bcd_status scene_json_complete(const char *text, size_t size, struct bcd_scene_cache *cache,
+                                    struct bcd_scene **scene, struct bcd_errors *errors);
 
 /* The completed job, and what was derived from it, as compact JSON objects (malloc'ed, NULL = out
  * of memory). Parsing the first again gives a scene with the same bcd_scene_encode() bytes. */

@@ -21,6 +21,7 @@
 #include <string.h>
 #include <time.h>
 
+enum { USUAL_BYTES = 4096 }; /* of a scene's encoding */
 enum { RETRY_MS = 1000 }; /* until a store that cannot mark a job running is asked again */
 
 enum chunk_state { CHUNK_FREE, CHUNK_CLAIMED, CHUNK_DONE };
@@ -66,18 +67,22 @@ struct queue {
 
 bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE])
 {
-    size_t size = bcd_scene_encode(scene, NULL, 0);
-    unsigned char *bytes = malloc(size + 1);
+    unsigned char usual[USUAL_BYTES], *bytes = usual;
+    size_t size = bcd_scene_encode(scene, usual, sizeof usual);
     SHA2_CTX context;
 
     static_assert(SHA256_DIGEST_LENGTH == JOB_HASH_SIZE, "the store keeps SHA-256");
-    if (!bytes)
-        return false;
-    bcd_scene_encode(scene, bytes, size);
+    if (size > sizeof usual) {
+        bytes = malloc(size);
+        if (!bytes)
+            return false;
+        bcd_scene_encode(scene, bytes, size);
+    }
     SHA256Init(&context);
     SHA256Update(&context, bytes, size);
     SHA256Final(hash, &context);
-    free(bytes);
+    if (bytes != usual)
+        free(bytes);
     return true;
 }
 

@@ -347,6 +347,15 @@ static void test_number_text(void **state)
         assert_true(json_number_print(out, v) < JSON_NUMBER_SIZE);
         assert_true(strtod(out, NULL) == v);
     }
+    /* Decimals of few digits take a short way, to the same text. */
+    for (int i = 0; i < 100000; i++) {
+        char plain[JSON_NUMBER_SIZE];
+        bits ^= bits << 13, bits ^= bits >> 7, bits ^= bits << 17;
+        double v = (double)((int64_t)(bits >> 20) % 2000003 - 1000001) / pow(10, i % 11 - 2);
+        json_number_print(out, v);
+        snprintf(plain, sizeof plain, "%.15g", v);
+        assert_string_equal(out, plain);
+    }
     /* In a locale with a decimal comma, when there is one. */
     if (setlocale(LC_NUMERIC, "de_DE.UTF-8") || setlocale(LC_NUMERIC, "fr_FR.UTF-8")) {
         json_number_print(out, 1.5e-7);
