@@ -58,6 +58,13 @@ $B/migrations.inc: $(SCHEMA_SQL)
 	$(if $V,,@echo "  SQL $@")
 	$Qsh deploy/embed-sql.sh $(SCHEMA_SQL) > $@.tmp && mv $@.tmp $@
 
+# Likewise the schemas of answers.
+$B/obj/server/api/openapi.o: $B/components.inc
+$B/components.inc: schema/components.json
+	@mkdir -p $(@D)
+	$Q{ echo 'static const char components_json[] = {'; od -An -v -tu1 $< | sed 's/[0-9][0-9]*/&,/g'; \
+		echo '0};'; } > $@.tmp && mv $@.tmp $@
+
 $B/libbcd.a: $(call obj,$(ENGINE_SRC))
 	@rm -f $@
 	$Qar rcs $@ $^
@@ -106,6 +113,7 @@ bench: all
 
 schema: $B/bcd
 	$B/bcd schema job > schema/job.schema.json
+	$B/bcd schema openapi > schema/openapi.json
 
 install: all
 	install -D -m 755 $B/bcdd $(DESTDIR)$(PREFIX)/bin/bcdd

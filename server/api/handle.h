@@ -52,6 +52,6 @@ handler handle_reports_stop;
 
 /* handle_service.c */
 handler handle_service_index, handle_service_health, handle_service_ready;
-handler handle_service_schema;
+handler handle_service_schema, handle_service_openapi;
 
 #endif

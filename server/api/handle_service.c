@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "handle.h"
+#include "openapi.h"
 #include "reply.h"
 #include "routes.h"
 #include "schema_json.h"
@@ -52,4 +53,11 @@ void handle_service_schema(const struct service *service, const struct call *cal
 {
     (void)service, (void)call;
     reply_text_take(reply, "application/schema+json", schema_json_job());
+}
+
+void handle_service_openapi(const struct service *service, const struct call *call,
+                            struct reply *reply)
+{
+    (void)service, (void)call;
+    reply_json_take(reply, openapi_print());
 }

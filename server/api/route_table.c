@@ -83,6 +83,8 @@ static const struct route routes[] = {
      "does it take jobs", .answers = {{200, JSON, "Status"}}},
     {"GET", "/v1/schema/job", ROLE_NONE, handle_service_schema, "getJobSchema",
      "JSON Schema of a job", .answers = {{200, "application/schema+json", "Schema"}}},
+    {"GET", "/openapi.json", ROLE_NONE, handle_service_openapi, "getDescription",
+     "this API as OpenAPI 3.1", .answers = {{200, JSON, "OpenApi"}}},
     {"GET", "/", ROLE_NONE, handle_service_index, "getIndex",
      "this list", .answers = {{200, JSON, "Index"}}},
 };

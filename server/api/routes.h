@@ -33,7 +33,7 @@ struct query_row {
 /* An answer that is no problem. */
 struct route_answer {
     int status;
-    const char *type;   /* without parameters; NULL ends a list */
+    const char *type;   /* without parameters; "" = no body, as of a 304; NULL ends a list */
     const char *schema; /* of JSON: name of a component; NULL = none */
 };
 enum { ROUTE_ANSWERS_MAX = 4 };

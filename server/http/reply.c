@@ -42,6 +42,21 @@ static void fill_take(struct reply *reply, int status, const char *content_type,
 static struct text begin_problem(enum problem problem, const char *detail);
 static void end_problem(struct reply *reply, enum problem problem, struct text *text);
 
+int reply_problem_status(enum problem problem)
+{
+    return problems[problem].status;
+}
+
+const char *reply_problem_type(enum problem problem)
+{
+    return problems[problem].type;
+}
+
+const char *reply_problem_title(enum problem problem)
+{
+    return problems[problem].title;
+}
+
 void reply_fini(struct reply *reply)
 {
     free(reply->body);

@@ -35,6 +35,11 @@ enum problem {
     PROBLEMS
 };
 
+/* What a problem is to a client. */
+int reply_problem_status(enum problem problem);
+const char *reply_problem_type(enum problem problem);
+const char *reply_problem_title(enum problem problem);
+
 /* Texts are malloc'ed and taken over; NULL = out of memory. */
 void reply_json_take(struct reply *reply, char *json);
 void reply_accepted_take(struct reply *reply, const char *location, char *json);

@@ -18,8 +18,9 @@ same() {
     fi
 }
 
-echo 1..2
+echo 1..3
 same job schema/job.schema.json
+same openapi schema/openapi.json
 count=$((count + 1))
 if "$B/bcd" schema nothing >"$work/out" 2>&1 || [ $? -ne 2 ]; then
     echo "not ok $count - there is no other"
