@@ -25,6 +25,7 @@ KERNEL_CFLAGS := $(if $(findstring clang,$(shell $(CC) --version 2>/dev/null)),,
 ROOMS = $(wildcard server/*/)
 HOST_CFLAGS = -D_GNU_SOURCE -pthread -Iserver $(ROOMS:%/=-I%) -I$B $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
 ENGINE_LIBS = $(shell pkg-config --libs gsl 2>/dev/null)
+CLIENT_LIBS = $(shell pkg-config --libs libcurl 2>/dev/null)
 HOST_LIBS   = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -lmd -lm -pthread
 
 ENGINE_SRC = $(wildcard engine/*.c engine/*/*.c)
@@ -79,13 +80,13 @@ $B/libserver.a: $(call obj,$(SERVER_SRC))
 $B/bcdd: $B/obj/server/main.o $B/libserver.a $B/libbcd.a
 	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
 $B/bcd: $B/obj/server/cli/cli.o $B/libserver.a $B/libbcd.a
-	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
+	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS) $(CLIENT_LIBS)
 
 # A test is tests/<layer>/test_<what>.c; everything else there is shared by all of them.
 TESTS = $(patsubst tests/%.c,$B/tests/%,$(TEST_SRC))
 $B/tests/%: $B/obj/tests/%.o $(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
 	@mkdir -p $(@D)
-	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS)
+	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS) $(CLIENT_LIBS)
 tests: $(TESTS)
 
 # The tests of the API's description are JavaScript; their packages stay out of the source tree.

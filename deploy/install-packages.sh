@@ -32,6 +32,7 @@ look() {
     need_library sqlite3 libsqlite3-dev
     need_library gsl libgsl-dev
     need_library libmd libmd-dev
+    need_library libcurl libcurl4-openssl-dev
     need_library cmocka libcmocka-dev
     need_header Random123/philox.h librandom123-dev
     need_command curl curl

@@ -41,7 +41,7 @@ struct cli_command {
     const char *doc;                              /* one line */
     const char *text;                             /* more of it, or NULL */
     const struct cli_option *options;             /* ends with {0}; NULL = none */
-    bool server;                                  /* talks to one: has client_options.h's too */
+    bool server;                                  /* talks to one: has cli_server_options too */
     const struct cli_command *const *parts;       /* "report" has parts and no function */
     int (*function)(const struct cli_line *line); /* returns the exit status */
 };
@@ -61,6 +61,11 @@ struct cli_line {
 
 extern const struct cli_command cli_run_command, cli_check_command, cli_theory_command;
 extern const struct cli_command cli_report_command, cli_bench_command, cli_schema_command;
+
+extern const struct cli_command cli_submit_command, cli_cancel_command, cli_estimate_command;
+extern const struct cli_command cli_watch_command, cli_list_command, cli_get_command;
+extern const struct cli_command cli_export_command, cli_sweep_command, cli_token_command;
+extern const struct cli_command cli_whoami_command, cli_completion_command;
 
 /* ---- cli_line.c */
 
@@ -113,5 +118,6 @@ void cli_put_clean(FILE *out, const char *text);
 /* Prints the text on stdout and frees it; NULL = out of memory. CLI_FAILED, with words on stderr,
  * when it could not be written in full. */
 int cli_print_take(char *text);
+int cli_print_bytes(const char *bytes, size_t size);
 
 #endif

@@ -99,12 +99,16 @@ int cli_print_take(char *text)
         fprintf(stderr, "bcd: out of memory\n");
         return CLI_FAILED;
     }
-    bool written = fputs(text, stdout) >= 0 && fflush(stdout) == 0;
-    int cause = errno;
+    int status = cli_print_bytes(text, strlen(text));
     free(text);
-    if (written)
+    return status;
+}
+
+int cli_print_bytes(const char *bytes, size_t size)
+{
+    if (fwrite(bytes, 1, size, stdout) == size && fflush(stdout) == 0)
         return CLI_OK;
-    fprintf(stderr, "bcd: the result cannot be written: %s\n", strerror(cause));
+    fprintf(stderr, "bcd: the result cannot be written: %s\n", strerror(errno));
     return CLI_FAILED;
 }
 

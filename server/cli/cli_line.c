@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli_line.c - reads a command line by the rows of its command; see cli.h. */
 #include "cli.h"
+#include "cli_server.h"
 
 #include <assert.h>
 #include <getopt.h>
@@ -14,10 +15,12 @@ static const struct cli_option *find_row(const struct cli_command *command, cons
 
 const struct cli_option *cli_option_at(const struct cli_command *command, size_t i)
 {
-    const struct cli_option *row = command->options;
-    for (; row && row->name; row++)
-        if (i-- == 0)
-            return row;
+    const struct cli_option *const lists[] = {command->options,
+                                              command->server ? cli_server_options : NULL};
+    for (size_t l = 0; l < sizeof lists / sizeof *lists; l++)
+        for (const struct cli_option *row = lists[l]; row && row->name; row++)
+            if (i-- == 0)
+                return row;
     return NULL;
 }
 
