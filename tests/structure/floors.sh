@@ -25,7 +25,7 @@ system() {
         sed -E 's/^([^:]*):[^<]*<([^>]*)>.*/\1 \2/'
 }
 
-echo 1..11
+echo 1..13
 report "includes are found" "$([ "$(ours engine server | wc -l)" -gt 100 ] || echo "too few")"
 
 report "only http*.c and http_internal.h know libmicrohttpd" \
@@ -36,6 +36,15 @@ report "only *_json.c and main.c know jansson" \
 
 report "only store*.c know SQLite" \
     "$(system engine server | awk '$2 == "sqlite3.h" && $1 !~ /^server\/store\/store[a-z_]*\.[ch]$/')"
+
+report "only client.c knows libcurl" \
+    "$(system engine server | awk '$2 ~ /^curl\// && $1 != "server/cli/client.c"')"
+
+report "the command line knows no handler and no socket" "$(
+    ours server/cli | while read -r file header; do
+        [ ! -e "server/api/$header" ] && [ ! -e "server/http/$header" ] || echo "$file $header"
+    done
+)"
 
 report "the engine includes nothing of the server" "$(
     ours engine | while read -r file header; do
