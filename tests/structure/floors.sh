@@ -40,8 +40,9 @@ report "only store*.c know SQLite" \
 report "only client.c knows libcurl" \
     "$(system engine server | awk '$2 ~ /^curl\// && $1 != "server/cli/client.c"')"
 
+# cli_schema.c alone prints what the route table says.
 report "the command line knows no handler and no socket" "$(
-    ours server/cli | while read -r file header; do
+    ours server/cli | grep -v '^server/cli/cli_schema.c openapi.h$' | while read -r file header; do
         [ ! -e "server/api/$header" ] && [ ! -e "server/http/$header" ] || echo "$file $header"
     done
 )"
