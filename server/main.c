@@ -24,6 +24,7 @@ enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 4096 }
 
 static int serve(const struct config *config);
 static void announce(const struct config *config, uint16_t port);
+static void wake(void *http);
 static void block_signals(sigset_t *ending);
 static void raise_descriptors(void);
 
@@ -65,6 +66,8 @@ static int serve(const struct config *config)
     if (queue_create(&service.queue, service.store) != STORE_OK ||
         queue_recover(service.queue) != STORE_OK)
         goto cleanup;
+    if (feed_create(&service.feed, service.store, service.queue) != STORE_OK)
+        goto cleanup;
     service.reports = report_keeper_create(service.store);
     if (!service.reports)
         goto cleanup;
@@ -80,6 +83,7 @@ static int serve(const struct config *config)
     http = http_start(&options, reason, sizeof(reason));
     if (!http)
         goto cleanup;
+    feed_wake(service.feed, wake, http);
     announce(config, http_port(http));
     sigwait(&ending, &number);
     log_write(LOG_LEVEL_INFO, "stopping", LOG_FIELDS(log_text("signal", sigabbrev_np(number))));
@@ -87,14 +91,23 @@ static int serve(const struct config *config)
 cleanup:
     if (result != EXIT_OK)
         fprintf(stderr, "bcdd: %s\n", reason);
+    if (service.feed)
+        feed_wake(service.feed, NULL, NULL);
     http_stop(http);
     if (service.queue)
         queue_stop(service.queue);
     report_keeper_free(service.reports);
     workers_stop(workers);
+    feed_free(service.feed);
     queue_free(service.queue);
     store_close(service.store);
     return result;
+}
+
+/* Something happened to a job. */
+static void wake(void *http)
+{
+    http_pulse(http);
 }
 
 /* The first line on stdout: whoever started the daemon reads the port from it. */

@@ -8,11 +8,12 @@
 #ifndef HANDLE_H
 #define HANDLE_H
 
+#include "feed.h"
 #include "http.h"
 #include "identity.h"
 #include "queue.h"
 #include "report_keeper.h"
-#include "store.h"
+#include "store_jobs.h"
 
 #include <stdatomic.h>
 
@@ -22,6 +23,7 @@ enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 struct service {
     struct store *store;
     struct queue *queue;
+    struct feed *feed;
     atomic_flag *theory;           /* set while one is computed; NULL = no limit */
     struct report_keeper *reports; /* NULL = there are none */
 };
@@ -42,6 +44,20 @@ typedef void handler(const struct service *service, const struct call *call, str
 /* handle_jobs.c */
 handler handle_jobs_submit, handle_jobs_list, handle_jobs_get, handle_jobs_cancel;
 handler handle_jobs_estimate, handle_jobs_theory;
+
+/* 0..1: the queue knows of chunks in motion, the record of those put away. */
+double handle_jobs_progress(const struct service *service, const struct job_record *record);
+
+/* handle_events.c */
+handler handle_events_job, handle_events_all;
+
+/* Holds the answer until the job's state has changed after change number `since`, or `ms`. */
+struct wait {
+    uint64_t since;
+    int64_t ms;
+};
+void handle_events_hold(const struct service *service, int64_t seq, const struct wait *wait,
+                        struct reply *reply);
 
 /* handle_results.c */
 handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;

@@ -22,7 +22,9 @@ static void check_limits(const struct bcd_scene *scene, struct bcd_errors *error
 static char *estimate_print(const struct bcd_scene *scene);
 static enum store_status insert(struct store *store, const struct bcd_scene *scene,
                                 struct job_new *job, struct job_record *record, bool *existed);
-static double progress_of(const struct service *service, const struct job_record *record);
+static bool must_wait(const struct service *service, const struct call *call,
+                      const struct job_record *record, struct wait *wait);
+static void etag_of(const struct job_record *record, char etag[ETAG_SIZE]);
 static char *print(const struct service *service, const struct job_record *record, int origin);
 static bool read_query(const struct request *request, struct job_query *query,
                        struct job_filter filters[LIMIT_FILTERS_MAX], struct bcd_errors *errors);
@@ -100,13 +102,40 @@ void handle_jobs_list(const struct service *service, const struct call *call, st
 
 void handle_jobs_get(const struct service *service, const struct call *call, struct reply *reply)
 {
+    char etag[ETAG_SIZE];
     struct job_record record = {0};
+    struct wait wait = {.since = service->feed ? feed_now(service->feed) : 0};
     enum store_status status = store_jobs_get(service->store, call->arg[0], &record);
-    if (status == STORE_OK)
-        reply_json_take(reply, print(service, &record, RECORD_PLAIN));
-    else
+    if (status != STORE_OK) {
         reply_store(reply, status, "such job");
+    } else if (must_wait(service, call, &record, &wait)) {
+        handle_events_hold(service, record.seq, &wait, reply);
+    } else if (record.finished_ms == 0) {
+        reply_json_take(reply, print(service, &record, RECORD_PLAIN));
+    } else {
+        etag_of(&record, etag);
+        if (!reply_unchanged(reply, call->request, etag))
+            reply_json_take(reply, print(service, &record, RECORD_PLAIN));
+        reply_revalidate(reply, etag);
+    }
     job_record_fini(&record);
+}
+
+/* ?wait=SECONDS: until the job has ended. */
+static bool must_wait(const struct service *service, const struct call *call,
+                      const struct job_record *record, struct wait *wait)
+{
+    const char *seconds = call_query(call, "wait");
+    if (!seconds || !service->feed || record->finished_ms != 0 || call->request->last)
+        return false;
+    wait->ms = (int64_t)(strtod(seconds, NULL) * 1000) - call->request->waited_ms;
+    return wait->ms > 0;
+}
+
+/* Records of jobs that have ended stay as they are, in one version of this program. */
+static void etag_of(const struct job_record *record, char etag[ETAG_SIZE])
+{
+    snprintf(etag, ETAG_SIZE, "%s-%" PRIx64 "-" BCD_VERSION, record->id, record->finished_ms);
 }
 
 void handle_jobs_cancel(const struct service *service, const struct call *call, struct reply *reply)
@@ -250,8 +279,7 @@ static enum store_status insert(struct store *store, const struct bcd_scene *sce
     return status;
 }
 
-/* The queue knows of chunks in motion; what is not there is told from the chunks put away. */
-static double progress_of(const struct service *service, const struct job_record *record)
+double handle_jobs_progress(const struct service *service, const struct job_record *record)
 {
     if (record->state == JOB_DONE)
         return 1;
@@ -264,7 +292,7 @@ static double progress_of(const struct service *service, const struct job_record
 static char *print(const struct service *service, const struct job_record *record, int origin)
 {
     const struct record_view view = {
-        .record = record, .progress = progress_of(service, record), .origin = origin};
+        .record = record, .progress = handle_jobs_progress(service, record), .origin = origin};
     return record_json_print(&view);
 }
 
@@ -364,7 +392,7 @@ static void print_list(const struct service *service, struct job_record *records
     struct record_view *views = calloc(shown + 1, sizeof(*views));
     for (size_t i = 0; views && i < shown; i++)
         views[i] = (struct record_view){.record = &records[i],
-                                        .progress = progress_of(service, &records[i])};
+                                        .progress = handle_jobs_progress(service, &records[i])};
     int64_t next = count > limit ? records[shown - 1].seq : 0;
     reply_json_take(reply, views ? record_json_print_list(views, shown, next) : NULL);
     free(views);

@@ -8,15 +8,26 @@
 #include "table_csv.h"
 #include "table_json.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* What a result is asked for as, and the tag of it. */
+struct form {
+    const char *name;
+    char etag[ETAG_SIZE];
+};
 
 static bool find_done(const struct service *service, const char *id, struct job_record *record,
                       struct reply *reply);
 static struct bcd_table *load_table(const struct service *service, const char *id,
                                     const char *observable, struct reply *reply);
 static struct bcd_table *load_named(const struct service *service, const struct call *call,
-                                    struct job_record *record, struct reply *reply);
+                                    struct job_record *record, struct form *form,
+                                    struct reply *reply);
+static bool unchanged(const struct call *call, const struct job_record *record, const char *form,
+                      char etag[ETAG_SIZE], struct reply *reply);
 static char *caption(const struct job_record *record);
 
 void handle_results_all(const struct service *service, const struct call *call, struct reply *reply)
@@ -26,8 +37,13 @@ void handle_results_all(const struct service *service, const struct call *call, 
     struct bcd_table **tables = NULL;
     char **names = NULL;
     size_t count = 0;
+    char etag[ETAG_SIZE];
     if (!find_done(service, id, &record, reply))
         return;
+    if (unchanged(call, &record, "all", etag, reply)) {
+        job_record_fini(&record);
+        return;
+    }
     enum store_status status = store_results_names(service->store, id, &names, &count);
     if (status != STORE_OK) {
         reply_store(reply, status, "result");
@@ -44,7 +60,7 @@ void handle_results_all(const struct service *service, const struct call *call, 
             goto cleanup;
     }
     reply_json_take(reply, table_json_print_all(tables, count));
-    reply_immutable(reply, NULL);
+    reply_immutable(reply, etag);
 cleanup:
     for (size_t i = 0; i < count; i++) {
         if (tables)
@@ -59,11 +75,12 @@ cleanup:
 void handle_results_json(const struct service *service, const struct call *call,
                          struct reply *reply)
 {
+    struct form form = {.name = "json"};
     struct job_record record = {0};
-    struct bcd_table *table = load_named(service, call, &record, reply);
+    struct bcd_table *table = load_named(service, call, &record, &form, reply);
     if (table) {
         reply_json_take(reply, table_json_print(table));
-        reply_immutable(reply, NULL);
+        reply_immutable(reply, form.etag);
     }
     bcd_table_free(table);
     job_record_fini(&record);
@@ -71,11 +88,12 @@ void handle_results_json(const struct service *service, const struct call *call,
 
 void handle_results_csv(const struct service *service, const struct call *call, struct reply *reply)
 {
+    struct form form = {.name = "csv"};
     struct job_record record = {0};
-    struct bcd_table *table = load_named(service, call, &record, reply);
+    struct bcd_table *table = load_named(service, call, &record, &form, reply);
     if (table) {
         reply_text_take(reply, "text/csv; charset=utf-8; header=present", table_csv_print(table));
-        reply_immutable(reply, NULL);
+        reply_immutable(reply, form.etag);
     }
     bcd_table_free(table);
     job_record_fini(&record);
@@ -83,12 +101,13 @@ void handle_results_csv(const struct service *service, const struct call *call, 
 
 void handle_results_svg(const struct service *service, const struct call *call, struct reply *reply)
 {
+    struct form form = {.name = "svg"};
     struct job_record record = {0};
-    struct bcd_table *table = load_named(service, call, &record, reply);
+    struct bcd_table *table = load_named(service, call, &record, &form, reply);
     if (table) {
         char *subtitle = caption(&record);
         reply_text_take(reply, "image/svg+xml", plot_svg_print(table, table->name, subtitle));
-        reply_immutable(reply, NULL);
+        reply_immutable(reply, form.etag);
         free(subtitle);
     }
     bcd_table_free(table);
@@ -136,11 +155,30 @@ static struct bcd_table *load_table(const struct service *service, const char *i
 
 /* The table that the path asks for, and its job. NULL with the reply filled. */
 static struct bcd_table *load_named(const struct service *service, const struct call *call,
-                                    struct job_record *record, struct reply *reply)
+                                    struct job_record *record, struct form *form,
+                                    struct reply *reply)
 {
-    if (!find_done(service, call->arg[0], record, reply))
+    if (!find_done(service, call->arg[0], record, reply) ||
+        unchanged(call, record, form->name, form->etag, reply))
         return NULL;
     return load_table(service, call->arg[0], call->arg[1], reply);
+}
+
+/* True when the client has it: nothing is read then. Results of a job never change, but another
+ * version of this program may print them in another way, and a store that was put back from a
+ * backup may give a job's id away again. */
+static bool unchanged(const struct call *call, const struct job_record *record, const char *form,
+                      char etag[ETAG_SIZE], struct reply *reply)
+{
+    uint32_t observable = 2166136261; /* FNV-1a */
+    for (const char *c = call->arg[1]; *c; c++)
+        observable = (observable ^ (unsigned char)*c) * 16777619;
+    snprintf(etag, ETAG_SIZE, "%s-%" PRIx64 "-%08" PRIx32 ".%s-" BCD_VERSION, record->id,
+             record->finished_ms, observable, form);
+    if (!reply_unchanged(reply, call->request, etag))
+        return false;
+    reply_immutable(reply, etag);
+    return true;
 }
 
 /* The job in one line; NULL when it cannot be told. */

@@ -11,6 +11,7 @@
 #define JSON "application/json"
 #define CSV "text/csv"
 #define SVG "image/svg+xml"
+#define SSE "text/event-stream"
 #define P(name) ROUTE_PROBLEM(name)
 
 #define EXAMPLE_JOB                                                                                \
@@ -27,6 +28,17 @@ static const struct query_row list_query[] = {
     {"state", QUERY_WORD, .words = "queued running done failed cancelled", .doc = "jobs in it"},
     {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
     {"cursor", QUERY_TEXT, .doc = "\"next\" of the page before"},
+    {0},
+};
+
+static const struct query_row get_query[] = {
+    {"wait", QUERY_NUMBER, .min = 0, .max = LIMIT_WAIT_SECONDS_MAX,
+     .doc = "seconds to wait for the job's end, if it has not ended"},
+    {0},
+};
+
+static const struct query_row events_query[] = {
+    {"owner", QUERY_TEXT, .doc = "of this owner's jobs only"},
     {0},
 };
 
@@ -47,7 +59,8 @@ static const struct route routes[] = {
      "Any parameter of a job can be a filter: diameter=0.5, potential.amplitude=6.",
      .query = list_query, .filters = true, .answers = {{200, JSON, "JobList"}}},
     {"GET", JOB, ROLE_READER, handle_jobs_get, "getJob",
-     "one job: state, progress, parameters", .answers = {{200, JSON, "JobRecord"}}},
+     "one job: state, progress, parameters; ?wait= for its end",
+     .query = get_query, .answers = {{200, JSON, "JobRecord"}, {304}}},
     {"DELETE", JOB, ROLE_SUBMITTER, handle_jobs_cancel, "cancelJob",
      "cancel a job", .answers = {{200, JSON, "JobRecord"}}, .problems = P(STATE) | P(DISK_FULL)},
     {"GET", JOB "/results", ROLE_READER, handle_results_all, "getResults",
@@ -58,6 +71,15 @@ static const struct route routes[] = {
      "the same as CSV", .answers = {{200, CSV}}, .problems = P(STATE)},
     {"GET", JOB "/results/{name}.svg", ROLE_READER, handle_results_svg, "getResultPicture",
      "the same as a picture", .answers = {{200, SVG}}, .problems = P(STATE)},
+    {"GET", JOB "/events", ROLE_READER, handle_events_job, "streamJobEvents",
+     "a job's events: progress, then done",
+     "Server-Sent Events. data is {\"id\",\"state\",\"progress\"}; the stream ends after done.",
+     .answers = {{200, SSE}}},
+    {"GET", "/v1/events", ROLE_READER, handle_events_all, "streamEvents",
+     "what happens to all jobs: job, counts; ?owner=",
+     "Server-Sent Events. job: {\"id\",\"state\",\"owner\",\"progress\"}; counts: jobs by "
+     "state; lost: more changed than is told one by one. Last-Event-ID goes on where one was.",
+     .query = events_query, .answers = {{200, SSE}}},
     {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
      "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{200, JSON, "Estimate"}}},

@@ -20,6 +20,7 @@ void routes_dispatch(void *service, const struct request *request, struct reply 
     struct call call = {.request = request, .identity = identify(request)};
     char allow[sizeof(reply->allow)] = "";
     const struct route *route;
+    snprintf(reply->owner, sizeof(reply->owner), "%s", call.identity.owner);
     for (size_t i = 0; (route = routes_at(i)); i++) {
         if (!match(route->pattern, request->path, &call))
             continue;
@@ -27,6 +28,7 @@ void routes_dispatch(void *service, const struct request *request, struct reply 
             add_allowed(allow, sizeof(allow), route->method);
             continue;
         }
+        reply->route = route->pattern;
         if (call.identity.role < route->role)
             refuse_role(&call, route->role, reply);
         else if (query_fits(route, request, reply))

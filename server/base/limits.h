@@ -24,6 +24,11 @@ enum {
     LIMIT_HOLDS_MAX = 1000,                /* requests that wait for something to happen */
     LIMIT_WAIT_SECONDS_MAX = 60,           /* ?wait= */
     LIMIT_REQUEST_ID_BYTES_MAX = 64,       /* X-Request-Id; a longer one is not taken over */
+    LIMIT_FEED_CHANGES = 4096,             /* of jobs, kept for those who listen */
+    LIMIT_FEED_RUNNING = 64,               /* jobs in motion whose progress is told */
+    LIMIT_FEED_SAMPLE_MS = 200,
+    LIMIT_EVENTS_GAP_MS = 250,             /* between two batches of one event stream */
+    LIMIT_PING_MS = 15000,
     LIMIT_REQUEST_AGE_MS_MAX = 30000,      /* from the first byte to the last */
     LIMIT_IDLE_MS_MAX = 60000,
     LIMIT_WORKERS_MAX = 1024,

@@ -83,8 +83,9 @@ static void add_record(struct text *text, const struct record_view *view)
     if (view->origin != RECORD_PLAIN)
         text_add(text, ",\"deduplicated\":%s",
                  view->origin == RECORD_DEDUPLICATED ? "true" : "false");
-    text_add(text, ",\"links\":{\"self\":\"/v1/jobs/%s\",\"results\":\"/v1/jobs/%s/results\"}}",
-             record->id, record->id);
+    text_add(text, ",\"links\":{\"self\":\"/v1/jobs/%s\",\"results\":\"/v1/jobs/%s/results\","
+             "\"events\":\"/v1/jobs/%s/events\"}}",
+             record->id, record->id, record->id);
 }
 
 /* ISO 8601, UTC, milliseconds. */

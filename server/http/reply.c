@@ -144,8 +144,6 @@ bool reply_unchanged(struct reply *reply, const struct request *request, const c
     const char *rest = request->if_none_match;
     size_t length = strlen(etag);
     bool same = false;
-    if (rest && strcmp(rest, "*") == 0)
-        same = true;
     /* "a", W/"b", ...: weak comparison, and the tags hold no commas of their own */
     while (rest && *rest && !same) {
         rest += strspn(rest, " \t,");

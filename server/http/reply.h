@@ -53,6 +53,7 @@ void reply_events_take(struct reply *reply, const struct stream *stream);
 /* No answer yet: the handler is asked again. Taken over. */
 void reply_hold_take(struct reply *reply, const struct hold *hold);
 
+enum { ETAG_SIZE = 62 }; /* with its NUL */
 /* What was answered never changes: clients may keep it. etag (without quotes, [a-z0-9.-]; NULL =
  * none) names these bytes and no others. */
 void reply_immutable(struct reply *reply, const char *etag);

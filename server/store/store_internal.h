@@ -8,6 +8,7 @@
 #define STORE_INTERNAL_H
 
 #include "store_jobs.h"
+#include "store_watch.h"
 
 #include <sqlite3.h>
 #include <pthread.h>
@@ -22,7 +23,16 @@ enum {
     STORE_WAL_BYTES_KEPT = 64 << 20, /* a longer -wal file is cut back when it is reused */
 };
 
-/* THREADS  `writer`, `begin_*` and everything done with it: under write_mutex. `idle` and
+/* What the transaction in progress did to jobs. */
+struct watch {
+    store_watcher *watcher;
+    void *context;
+    struct job_move moves[STORE_WATCH_MOVES];
+    size_t count;
+    bool more;
+};
+
+/* THREADS  `writer`, `watch`, `begin_*` and everything done with it: under write_mutex. `idle` and
  * `idle_count`: under read_mutex, read_returned is signalled when a reader comes back. The rest
  * never changes. */
 struct store {
@@ -32,6 +42,7 @@ struct store {
     sqlite3 *writer;
     const char *begin_file; /* who began the transaction in progress, for the log */
     int begin_line;
+    struct watch watch;
     pthread_mutex_t read_mutex;
     pthread_cond_t read_returned;
     sqlite3 *idle[STORE_READERS];
@@ -58,6 +69,11 @@ enum store_status store_begin(struct store *store, sqlite3 **db, const char *fil
 
 /* Commits if status is STORE_OK, else rolls back; returns what became of it. */
 enum store_status store_end(struct store *store, enum store_status status);
+
+/* The moves of the transaction that just ended, for store_watch_tell after write_mutex was let go;
+ * they are forgotten in the store. */
+void store_watch_take(struct store *store, bool committed, struct watch *taken);
+void store_watch_tell(const struct watch *taken);
 
 /* A read-only connection; waits for one when all are out. Never fails. */
 sqlite3 *store_read_begin(struct store *store);

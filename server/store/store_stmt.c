@@ -92,6 +92,8 @@ enum store_status store_begin(struct store *store, sqlite3 **db, const char *fil
 
 enum store_status store_end(struct store *store, enum store_status status)
 {
+    struct watch moves;
+
     if (status == STORE_OK)
         status = store_exec(store->writer, "COMMIT");
     if (status == STORE_FULL || status == STORE_BROKEN)
@@ -105,7 +107,9 @@ enum store_status store_end(struct store *store, enum store_status status)
      * again from its start, and the next try may fit. */
     if (status == STORE_FULL)
         sqlite3_wal_checkpoint_v2(store->writer, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
+    store_watch_take(store, status == STORE_OK, &moves);
     pthread_mutex_unlock(&store->write_mutex);
+    store_watch_tell(&moves);
     return status;
 }
 

@@ -513,6 +513,21 @@ void queue_cancel(struct queue *queue, const char *id)
 
 /* -------------------------------------------------------------------- looking */
 
+/* Mutex held. */
+static double progress_of(const struct queued *entry)
+{
+    double progress = (double)entry->chunks_done;
+
+    for (const struct claim *claim = entry->claims; claim; claim = claim->next) {
+        int64_t total = atomic_load(&claim->ticks_total);
+
+        if (total > 0)
+            progress += (double)atomic_load(&claim->ticks_done) / (double)total;
+    }
+    progress /= (double)entry->chunks;
+    return progress > 1.0 ? 1.0 : progress;
+}
+
 double queue_progress(struct queue *queue, const char *id)
 {
     double progress = -1.0;
@@ -520,18 +535,25 @@ double queue_progress(struct queue *queue, const char *id)
 
     pthread_mutex_lock(&queue->mutex);
     entry = find(queue, id);
-    if (entry && !entry->ended) {
-        progress = (double)entry->chunks_done;
-        for (struct claim *claim = entry->claims; claim; claim = claim->next) {
-            int64_t total = atomic_load(&claim->ticks_total);
+    if (entry && !entry->ended)
+        progress = progress_of(entry);
+    pthread_mutex_unlock(&queue->mutex);
+    return progress;
+}
 
-            if (total > 0)
-                progress += (double)atomic_load(&claim->ticks_done) / (double)total;
-        }
-        progress /= (double)entry->chunks;
+size_t queue_running(struct queue *queue, struct queue_running *jobs, size_t room)
+{
+    size_t count = 0;
+
+    pthread_mutex_lock(&queue->mutex);
+    for (struct queued *entry = queue->first; entry && count < room; entry = entry->next) {
+        if (entry->phase != PHASE_RUNNING || entry->ended)
+            continue;
+        memcpy(jobs[count].id, entry->id, sizeof entry->id);
+        jobs[count++].progress = progress_of(entry);
     }
     pthread_mutex_unlock(&queue->mutex);
-    return progress > 1.0 ? 1.0 : progress;
+    return count;
 }
 
 void queue_stop(struct queue *queue)

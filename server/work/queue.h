@@ -67,6 +67,13 @@ void queue_cancel(struct queue *queue, const char *id);
 /* 0..1 of a job in the queue; negative when it is not here (the store then knows). */
 double queue_progress(struct queue *queue, const char *id);
 
+/* The jobs that have begun, at most `room` of them. */
+struct queue_running {
+    char id[JOB_ID_SIZE];
+    double progress; /* 0..1 */
+};
+size_t queue_running(struct queue *queue, struct queue_running *jobs, size_t room);
+
 /* Wakes all waiting workers for good. */
 void queue_stop(struct queue *queue);
 bool queue_stopping(const struct queue *queue);

@@ -23,7 +23,8 @@ check "and a record" holds --arg id "$first" '
     and .progress >= 0 and .progress <= 1 and .error == null and .deduplicated == false
     and (.submitted_at | test("^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:]{8}\\.[0-9]{3}Z$"))
     and .finished_at == null
-    and .links == {"self": "/v1/jobs/\($id)", "results": "/v1/jobs/\($id)/results"}'
+    and .links == {"self": "/v1/jobs/\($id)", "results": "/v1/jobs/\($id)/results",
+                   "events": "/v1/jobs/\($id)/events"}'
 check "whose job is completed with defaults" holds '
     .job.model == "hard_rods" and .job.particles == 20 and .job.mobility == 1
     and .job.temperature == 1 and .job.boundary == "periodic" and .job.seed == 1

@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * handle_events.c - what happens to one job, or to all of them, as Server-Sent Events; and the wait
+ * for a job's end.
+ *
+ * THREADS  A listener belongs to its stream: http.c calls its functions one at a time.
+ */
+#include "handle.h"
+#include "limits.h"
+#include "reply.h"
+#include "stream_events.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RETRY_MS = 2000, COUNTS_GAP_MS = 1000, MOVES_AT_ONCE = 64 };
+static const double progress_step = 0.001; /* less is not worth an event */
+
+/* Somebody who listens to one job. */
+struct job_listener {
+    const struct service *service;
+    char id[JOB_ID_SIZE];
+    int64_t seq;
+    uint64_t since;
+    double told;
+    enum job_state state;
+    bool begun;
+};
+
+/* Somebody who listens to all, or to those of an owner. */
+struct listener {
+    const struct service *service;
+    char owner[OWNER_SIZE]; /* "" = of all */
+    uint64_t since;
+    bool begun, behind; /* behind: there was more than went into a batch */
+    struct feed_progress told[LIMIT_FEED_RUNNING];
+    size_t told_count;
+};
+
+static bool job_fresh(void *state);
+static bool job_next(void *state, struct text *text);
+static void add_job(struct text *text, const char *event, const struct job_move *job,
+                    double progress);
+static bool all_fresh(void *state);
+static bool all_next(void *state, struct text *text);
+static void add_moves(struct listener *listener, struct text *text);
+static void add_progress(struct listener *listener, struct text *text);
+static void add_counts(const struct listener *listener, struct text *text);
+static uint64_t resume_after(const struct service *service, const char *last_id);
+static bool hold_ready(void *state);
+
+void handle_events_job(const struct service *service, const struct call *call, struct reply *reply)
+{
+    struct job_record record = {0};
+    enum store_status status = store_jobs_get(service->store, call->arg[0], &record);
+    struct job_listener *listener = calloc(1, sizeof(*listener));
+    if (status != STORE_OK || !listener) {
+        free(listener);
+        if (status != STORE_OK)
+            reply_store(reply, status, "such job");
+        else
+            reply_bcd(reply, BCD_NO_MEMORY, NULL);
+        job_record_fini(&record);
+        return;
+    }
+    listener->service = service;
+    listener->seq = record.seq;
+    memcpy(listener->id, record.id, sizeof(listener->id));
+    job_record_fini(&record);
+    const struct stream stream = stream_events_take(&(const struct events){
+        .fresh = job_fresh, .next = job_next, .free = free, .state = listener});
+    reply_events_take(reply, &stream);
+}
+
+static bool job_fresh(void *state)
+{
+    struct job_listener *listener = state;
+    if (feed_moved(listener->service->feed, &listener->since, listener->seq))
+        return true;
+    double progress = queue_progress(listener->service->queue, listener->id);
+    return progress >= 0 && fabs(progress - listener->told) >= progress_step;
+}
+
+/* Events of a change, of progress, and `done` when there will be no more. */
+static bool job_next(void *state, struct text *text)
+{
+    struct job_listener *listener = state;
+    const struct service *service = listener->service;
+    struct job_record record = {0};
+    if (!listener->begun)
+        text_add(text, "retry: %d\n\n", RETRY_MS);
+    else if (!job_fresh(listener))
+        return true;
+    listener->since = feed_now(service->feed); /* before the store is asked */
+    if (store_jobs_get(service->store, listener->id, &record) != STORE_OK)
+        return true; /* the log says why; it is tried again */
+    double progress = handle_jobs_progress(service, &record);
+    struct job_move job = {.state = record.state};
+    memcpy(job.id, record.id, sizeof(job.id));
+    bool ended = record.finished_ms != 0;
+    if (!listener->begun || record.state != listener->state ||
+        fabs(progress - listener->told) >= progress_step)
+        add_job(text, "progress", &job, progress);
+    if (ended)
+        add_job(text, "done", &job, progress);
+    listener->begun = true;
+    listener->state = record.state;
+    listener->told = progress;
+    job_record_fini(&record);
+    return !ended;
+}
+
+static void add_job(struct text *text, const char *event, const struct job_move *job,
+                    double progress)
+{
+    text_add(text, "event: %s\ndata: {\"id\":\"%s\",\"state\":\"%s\",", event, job->id,
+             job_state_name(job->state));
+    if (job->owner[0])
+        text_add(text, "\"owner\":\"%s\",", job->owner);
+    text_add(text, "\"progress\":");
+    text_add_number(text, progress);
+    text_add(text, "}\n\n");
+}
+
+void handle_events_all(const struct service *service, const struct call *call, struct reply *reply)
+{
+    const char *owner = call_query(call, "owner");
+    if (owner && !owner_sound(owner)) {
+        struct bcd_errors errors = {0};
+        bcd_errors_add(&errors, "owner", "must be 1 to %d of a-z 0-9 _ -", OWNER_SIZE - 1);
+        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
+        return;
+    }
+    struct listener *listener = calloc(1, sizeof(*listener));
+    if (!listener) {
+        reply_bcd(reply, BCD_NO_MEMORY, NULL);
+        return;
+    }
+    listener->service = service;
+    listener->since = resume_after(service, call->request->last_event_id);
+    if (owner)
+        snprintf(listener->owner, sizeof(listener->owner), "%s", owner);
+    const struct stream stream = stream_events_take(&(const struct events){
+        .fresh = all_fresh, .next = all_next, .free = free, .state = listener});
+    reply_events_take(reply, &stream);
+}
+
+/* The number of the change that the client saw last; of an earlier start of the server it is one
+ * that is lost. Without an id, what happened before is not told. */
+static uint64_t resume_after(const struct service *service, const char *last_id)
+{
+    uint64_t start, number, now = feed_now(service->feed);
+    if (!last_id)
+        return now;
+    if (sscanf(last_id, "%" SCNx64 "-%" SCNu64, &start, &number) == 2 &&
+        start == feed_start(service->feed) && number <= now)
+        return number;
+    return FEED_UNKNOWN;
+}
+
+static bool all_fresh(void *state)
+{
+    struct listener *listener = state;
+    struct feed_progress jobs[LIMIT_FEED_RUNNING];
+    if (listener->behind || feed_now(listener->service->feed) != listener->since)
+        return true;
+    size_t count = feed_progress(listener->service->feed, jobs, LIMIT_FEED_RUNNING);
+    if (count != listener->told_count)
+        return true;
+    for (size_t i = 0; i < count; i++)
+        if (jobs[i].job.seq != listener->told[i].job.seq ||
+            fabs(jobs[i].progress - listener->told[i].progress) >= progress_step)
+            return true;
+    return false;
+}
+
+static bool all_next(void *state, struct text *text)
+{
+    struct listener *listener = state;
+    bool changed = !listener->begun || feed_now(listener->service->feed) != listener->since;
+    if (!listener->begun)
+        text_add(text, "retry: %d\n\n", RETRY_MS);
+    listener->begun = true;
+    add_moves(listener, text);
+    if (!listener->behind)
+        add_progress(listener, text);
+    if (changed && !listener->behind && !listener->owner[0])
+        add_counts(listener, text);
+    return true;
+}
+
+/* Of several changes of a job in one batch only the last is told. */
+static void add_moves(struct listener *listener, struct text *text)
+{
+    struct feed *feed = listener->service->feed;
+    struct job_move moves[MOVES_AT_ONCE];
+    bool lost;
+    size_t count = feed_read(feed, &listener->since, moves, MOVES_AT_ONCE, &lost);
+    listener->behind = count == MOVES_AT_ONCE;
+    if (lost)
+        text_add(text, "event: lost\ndata: {\"reason\":\"more jobs changed than are told one by "
+                       "one: list them\"}\n\n");
+    for (size_t i = 0; i < count; i++) {
+        size_t later = i + 1;
+        while (later < count && moves[later].seq != moves[i].seq)
+            later++;
+        if (later < count || (listener->owner[0] && strcmp(listener->owner, moves[i].owner) != 0))
+            continue;
+        double progress =
+            moves[i].state == JOB_DONE ? 1 : queue_progress(listener->service->queue, moves[i].id);
+        text_add(text, "id: %" PRIx64 "-%" PRIu64 "\n", feed_start(feed), listener->since);
+        add_job(text, "job", &moves[i], progress < 0 ? 0 : progress);
+    }
+}
+
+static void add_progress(struct listener *listener, struct text *text)
+{
+    struct feed_progress jobs[LIMIT_FEED_RUNNING];
+    size_t count = feed_progress(listener->service->feed, jobs, LIMIT_FEED_RUNNING);
+    for (size_t i = 0; i < count; i++) {
+        size_t old = 0;
+        while (old < listener->told_count && listener->told[old].job.seq != jobs[i].job.seq)
+            old++;
+        if (old < listener->told_count &&
+            fabs(jobs[i].progress - listener->told[old].progress) < progress_step)
+            jobs[i].progress = listener->told[old].progress;
+        else if (!listener->owner[0] || strcmp(listener->owner, jobs[i].job.owner) == 0)
+            add_job(text, "job", &jobs[i].job, jobs[i].progress);
+    }
+    memcpy(listener->told, jobs, count * sizeof(jobs[0]));
+    listener->told_count = count;
+}
+
+static void add_counts(const struct listener *listener, struct text *text)
+{
+    int64_t counts[JOB_STATES];
+    const struct service *service = listener->service;
+    if (store_jobs_counts(service->store, counts) != STORE_OK)
+        return;
+    text_add(text, "id: %" PRIx64 "-%" PRIu64 "\nevent: counts\ndata: {", feed_start(service->feed),
+             listener->since);
+    for (int state = 0; state < JOB_STATES; state++)
+        text_add(text, "%s\"%s\":%" PRId64, state ? "," : "", job_state_name((enum job_state)state),
+                 counts[state]);
+    text_add(text, "}\n\n");
+}
+
+/* ------------------------------------------------------------------- ?wait= */
+
+struct waiting {
+    struct feed *feed;
+    uint64_t since;
+    int64_t seq;
+};
+
+void handle_events_hold(const struct service *service, int64_t seq, const struct wait *wait,
+                        struct reply *reply)
+{
+    struct waiting *waiting = malloc(sizeof(*waiting));
+    if (!waiting) {
+        reply_bcd(reply, BCD_NO_MEMORY, NULL);
+        return;
+    }
+    *waiting = (struct waiting){.feed = service->feed, .since = wait->since, .seq = seq};
+    reply_hold_take(reply,
+                    &(const struct hold){
+                        .ready = hold_ready, .free = free, .state = waiting, .wait_ms = wait->ms});
+}
+
+static bool hold_ready(void *state)
+{
+    struct waiting *waiting = state;
+    return feed_moved(waiting->feed, &waiting->since, waiting->seq);
+}
