@@ -12,6 +12,7 @@
 #define CSV "text/csv"
 #define SVG "image/svg+xml"
 #define SSE "text/event-stream"
+#define SAME {304, ""} /* for If-None-Match */
 #define P(name) ROUTE_PROBLEM(name)
 
 #define EXAMPLE_JOB                                                                                \
@@ -60,17 +61,17 @@ static const struct route routes[] = {
      .query = list_query, .filters = true, .answers = {{200, JSON, "JobList"}}},
     {"GET", JOB, ROLE_READER, handle_jobs_get, "getJob",
      "one job: state, progress, parameters; ?wait= for its end",
-     .query = get_query, .answers = {{200, JSON, "JobRecord"}, {304}}},
+     .query = get_query, .answers = {{200, JSON, "JobRecord"}, SAME}},
     {"DELETE", JOB, ROLE_SUBMITTER, handle_jobs_cancel, "cancelJob",
      "cancel a job", .answers = {{200, JSON, "JobRecord"}}, .problems = P(STATE) | P(DISK_FULL)},
     {"GET", JOB "/results", ROLE_READER, handle_results_all, "getResults",
-     "all results of a job", .answers = {{200, JSON, "Results"}}, .problems = P(STATE)},
+     "all results of a job", .answers = {{200, JSON, "Results"}, SAME}, .problems = P(STATE)},
     {"GET", JOB "/results/{name}", ROLE_READER, handle_results_json, "getResult",
-     "one observable", .answers = {{200, JSON, "Result"}}, .problems = P(STATE)},
+     "one observable", .answers = {{200, JSON, "Result"}, SAME}, .problems = P(STATE)},
     {"GET", JOB "/results/{name}.csv", ROLE_READER, handle_results_csv, "getResultCsv",
-     "the same as CSV", .answers = {{200, CSV}}, .problems = P(STATE)},
+     "the same as CSV", .answers = {{200, CSV}, SAME}, .problems = P(STATE)},
     {"GET", JOB "/results/{name}.svg", ROLE_READER, handle_results_svg, "getResultPicture",
-     "the same as a picture", .answers = {{200, SVG}}, .problems = P(STATE)},
+     "the same as a picture", .answers = {{200, SVG}, SAME}, .problems = P(STATE)},
     {"GET", JOB "/events", ROLE_READER, handle_events_job, "streamJobEvents",
      "a job's events: progress, then done",
      "Server-Sent Events. data is {\"id\",\"state\",\"progress\"}; the stream ends after done.",
