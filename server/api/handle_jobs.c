@@ -68,8 +68,7 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
     } else {
         char location[64];
         snprintf(location, sizeof(location), "/v1/jobs/%s", record.id);
-        queue_take(service->queue, record.id, scene);
-        scene = NULL;
+        queue_take(service->queue, record.ticket.owner);
         reply_accepted_take(reply, location, print(service, &record, RECORD_NEW));
     }
 cleanup:

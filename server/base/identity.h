@@ -17,12 +17,13 @@ enum role {
     ROLES
 };
 
-enum { OWNER_SIZE = 33 };
+enum { OWNER_SIZE = 33, TOKEN_ID_SIZE = 24 };
 #define OWNER_LOCAL "local" /* whoever asks from this machine while there are no tokens */
 
 struct identity {
     char owner[OWNER_SIZE]; /* [a-z0-9_-]{1,32} */
     enum role role;
+    char token[TOKEN_ID_SIZE]; /* what their token is called by; "" = none was needed */
 };
 
 const char *role_name(enum role role); /* "none", "reader", ... */

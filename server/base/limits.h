@@ -35,6 +35,13 @@ enum {
     LIMIT_SLICE_MS = 50,                   /* a worker looks at cancel and stop this often */
     LIMIT_CHECKPOINT_MS = 5000,            /* at most this much work is lost by a crash */
     LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */
+    LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
+    LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */
+    LIMIT_TOKENS_MAX = 1000,               /* that are neither revoked nor expired */
+    LIMIT_TOKEN_DAYS_MAX = 3650,
+    LIMIT_TOKEN_NAME_CHARACTERS_MAX = 100,
+    LIMIT_AUDIT_ROWS_MAX = 200000,         /* the oldest lines go */
+    LIMIT_AUDIT_REFUSED_MS = 10000,        /* refused authentications: one line in this time */
 };
 
 /* A job that the estimate puts above one of these is refused with the limit's name. */
@@ -42,5 +49,10 @@ enum {
 #define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */
 #define LIMIT_DISK_BYTES_MAX 2e9      /* the same, and the parts of one that runs */
 #define LIMIT_CORE_SECONDS_MAX 3.2e7  /* one core for a year */
+
+/* Quotas of an owner who was given no others: PUT /v1/owners/OWNER. */
+#define LIMIT_OWNER_QUEUED_MAX 1000000
+#define LIMIT_OWNER_DAY_SECONDS_MAX 3.2e8 /* used today, and needed by all that waits */
+#define LIMIT_OWNER_BYTES_MAX 1e12
 
 #endif

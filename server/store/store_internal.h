@@ -7,7 +7,9 @@
 #ifndef STORE_INTERNAL_H
 #define STORE_INTERNAL_H
 
+#include "store_audit.h"
 #include "store_jobs.h"
+#include "store_owners.h"
 #include "store_watch.h"
 
 #include <sqlite3.h>
@@ -106,11 +108,30 @@ bool stmt_step(struct stmt *stmt);
 char *stmt_text(struct stmt *stmt, int column);
 void *stmt_blob(struct stmt *stmt, int column, size_t *size);
 int64_t stmt_integer(struct stmt *stmt, int column);
+double stmt_number(struct stmt *stmt, int column);
+bool stmt_null(struct stmt *stmt, int column);
 enum store_status stmt_fini(struct stmt *stmt);
 
 /* Runs a statement that returns no rows to its end and closes it. *changes (may be NULL) = rows
  * changed by it. */
 enum store_status stmt_run(struct stmt *stmt, int *changes);
+
+/* The columns of a record, and the one row of them that a statement gives (STORE_NOT_FOUND = none;
+ * ends the statement); the same of the job with this id. */
+#define STORE_RECORD_COLUMNS                                                                       \
+    "seq, id, hash, state, submitted_ms, started_ms, finished_ms, chunks, chunks_done, job, "      \
+    "derived, error, owner, priority, label, "                                                     \
+    "(SELECT group_concat(tag, ' ') FROM job_tags WHERE job_tags.job = seq)"
+enum store_status store_jobs_read_one(struct stmt *row, struct job_record *record);
+enum store_status store_jobs_find(sqlite3 *db, const char *id, struct job_record *record);
+
+/* store_jobs_insert inside a transaction. */
+enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct job_record *record,
+                                 bool *existed);
+
+/* store_audit_write and store_owners_get inside a transaction. */
+enum store_status store_audit_add(sqlite3 *db, const struct audit_new *line);
+enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner_record *record);
 
 /* One transition inside a transaction; see store_jobs.h. error is for JOB_FAILED only. The working
  * data (chunks, checkpoints) of a job that ends here are dropped. */

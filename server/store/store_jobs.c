@@ -11,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/random.h>
 
 static const char *const state_names[JOB_STATES] = {
     [JOB_QUEUED] = "queued", [JOB_RUNNING] = "running",     [JOB_DONE] = "done",
@@ -52,12 +51,6 @@ void job_records_free(struct job_record *records, size_t count)
 
 /* ------------------------------------------------------------------- reading */
 
-/* The columns of a record, in the order read_record wants them. */
-#define RECORD_COLUMNS                                                                             \
-    "seq, id, hash, state, submitted_ms, started_ms, finished_ms, chunks, chunks_done, job, "      \
-    "derived, error, owner, priority, label, "                                                     \
-    "(SELECT group_concat(tag, ' ') FROM job_tags WHERE job_tags.job = seq)"
-
 static void read_record(struct stmt *row, struct job_record *record)
 {
     char *id = stmt_text(row, 1), *state = stmt_text(row, 3);
@@ -95,8 +88,7 @@ static void read_record(struct stmt *row, struct job_record *record)
         job_record_fini(record);
 }
 
-/* The first row, or STORE_NOT_FOUND. Ends the statement. */
-static enum store_status read_one(struct stmt *row, struct job_record *record)
+enum store_status store_jobs_read_one(struct stmt *row, struct job_record *record)
 {
     struct job_record found = {0};
     bool any = stmt_step(row);
@@ -145,171 +137,12 @@ static enum store_status read_all(struct stmt *row, struct job_record **records,
     return STORE_OK;
 }
 
-static enum store_status find_id(sqlite3 *db, const char *id, struct job_record *record)
+enum store_status store_jobs_find(sqlite3 *db, const char *id, struct job_record *record)
 {
-    struct stmt row = stmt_init(db, "SELECT " RECORD_COLUMNS " FROM jobs WHERE id = :id");
+    struct stmt row = stmt_init(db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE id = :id");
 
     stmt_bind_text(&row, ":id", id);
-    return read_one(&row, record);
-}
-
-/* ------------------------------------------------------------------ insertion */
-
-/* "j" and 80 random bits in base 32: nobody guesses one, and none is made twice. */
-static enum store_status make_id(char id[JOB_ID_SIZE])
-{
-    static const char digits[] = "abcdefghijklmnopqrstuvwxyz234567";
-    unsigned char bits[16];
-
-    if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) {
-        log_write(LOG_LEVEL_ERROR, "no_random_bits", LOG_FIELDS(log_integer("errno", errno)));
-        return STORE_BROKEN;
-    }
-    id[0] = 'j';
-    for (size_t i = 0; i < sizeof bits; i++)
-        id[i + 1] = digits[bits[i] & 31];
-    id[sizeof bits + 1] = '\0';
-    return STORE_OK;
-}
-
-/* The job that an idempotency key was first used for; STORE_CONFLICT if that is another job. */
-static enum store_status find_key(sqlite3 *db, const struct job_new *job, struct job_record *record)
-{
-    struct job_record found;
-    struct stmt row;
-    enum store_status status;
-
-    if (!job->idempotency_key)
-        return STORE_NOT_FOUND;
-    row = stmt_init(db, "SELECT " RECORD_COLUMNS " FROM jobs WHERE seq ="
-                        " (SELECT job FROM idempotency_keys WHERE key = :key)");
-    stmt_bind_text(&row, ":key", job->idempotency_key);
-    status = read_one(&row, &found);
-    if (status)
-        return status;
-    if (memcmp(found.hash, job->hash, JOB_HASH_SIZE) != 0) {
-        job_record_fini(&found);
-        return STORE_CONFLICT;
-    }
-    *record = found;
-    return STORE_OK;
-}
-
-static enum store_status find_live(sqlite3 *db, const struct job_new *job,
-                                   struct job_record *record)
-{
-    struct stmt row = stmt_init(db, "SELECT " RECORD_COLUMNS " FROM jobs WHERE hash = :hash"
-                                    " AND state IN ('queued', 'running', 'done')"
-                                    " AND superseded = 0");
-
-    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
-    return read_one(&row, record);
-}
-
-/* tags: one space between two. */
-static enum store_status insert_tags(sqlite3 *db, const char *tags, int64_t seq)
-{
-    enum store_status status = STORE_OK;
-
-    while (tags && status == STORE_OK) {
-        struct stmt row = stmt_init(db, "INSERT INTO job_tags (job, tag)"
-                                        " VALUES (:job, substr(:tags, 1, :length))");
-        size_t length = strcspn(tags, " ");
-
-        stmt_bind_integer(&row, ":job", seq);
-        stmt_bind_text(&row, ":tags", tags);
-        stmt_bind_integer(&row, ":length", (int64_t)length);
-        status = stmt_run(&row, NULL);
-        tags = tags[length] ? tags + length + 1 : NULL;
-    }
-    return status;
-}
-
-/* A job that stands makes way for one that is run anew. */
-static enum store_status supersede(sqlite3 *db, const struct job_new *job)
-{
-    struct stmt row = stmt_init(db, "UPDATE jobs SET superseded = 1 WHERE hash = :hash"
-                                    " AND state IN ('queued', 'running', 'done')"
-                                    " AND superseded = 0");
-
-    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
-    return stmt_run(&row, NULL);
-}
-
-static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
-                                    struct job_record *record)
-{
-    static const struct ticket local = {.owner = OWNER_LOCAL};
-    const struct ticket *ticket = job->ticket ? job->ticket : &local;
-    char id[JOB_ID_SIZE];
-    enum store_status status = make_id(id);
-    struct stmt row;
-    int changes = 0;
-
-    if (status)
-        return status;
-    /* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
-     * CHECK with this function.) */
-    row = stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived,"
-                        " owner, priority, label)"
-                        " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived,"
-                        " :owner, :priority, :label"
-                        " WHERE json_valid(:job) AND json_valid(:derived)");
-    stmt_bind_text(&row, ":owner", ticket->owner);
-    stmt_bind_integer(&row, ":priority", ticket->priority);
-    stmt_bind_text(&row, ":label", ticket->label);
-    stmt_bind_text(&row, ":id", id);
-    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
-    stmt_bind_integer(&row, ":now", store_now_ms());
-    stmt_bind_integer(&row, ":chunks", job->chunks);
-    stmt_bind_text(&row, ":job", job->job);
-    stmt_bind_text(&row, ":derived", job->derived);
-    status = stmt_run(&row, &changes);
-    if (status == STORE_OK && changes == 0)
-        status = store_fault(db, SQLITE_MISMATCH, "a job that is no JSON");
-    if (status == STORE_OK && ticket->tags)
-        status = insert_tags(db, ticket->tags, sqlite3_last_insert_rowid(db));
-    return status ? status : find_id(db, id, record);
-}
-
-static enum store_status insert_key(sqlite3 *db, const char *key, int64_t seq)
-{
-    struct stmt row = stmt_init(db, "INSERT INTO idempotency_keys (key, job) VALUES (:key, :job)");
-
-    stmt_bind_text(&row, ":key", key);
-    stmt_bind_integer(&row, ":job", seq);
-    return stmt_run(&row, NULL);
-}
-
-enum store_status store_jobs_insert(struct store *store, const struct job_new *job,
-                                    struct job_record *record, bool *existed)
-{
-    struct job_record found = {0};
-    sqlite3 *db;
-    bool known_key, stands;
-    enum store_status status = STORE_BEGIN(store, &db);
-
-    if (status)
-        return status;
-    status = find_key(db, job, &found);
-    known_key = status == STORE_OK;
-    if (status == STORE_NOT_FOUND && !job->force)
-        status = find_live(db, job, &found);
-    else if (status == STORE_NOT_FOUND && (status = supersede(db, job)) == STORE_OK)
-        status = STORE_NOT_FOUND;
-    stands = status == STORE_OK;
-    if (status == STORE_NOT_FOUND)
-        status = insert_row(db, job, &found);
-    if (status == STORE_OK && job->idempotency_key && !known_key)
-        status = insert_key(db, job->idempotency_key, found.seq);
-    status = store_end(store, status);
-    if (status) {
-        job_record_fini(&found);
-        return status;
-    }
-    *record = found;
-    *existed = stands;
-    return STORE_OK;
+    return store_jobs_read_one(&row, record);
 }
 
 /* --------------------------------------------------------------------- lists */
@@ -317,7 +150,7 @@ enum store_status store_jobs_insert(struct store *store, const struct job_new *j
 enum store_status store_jobs_get(struct store *store, const char *id, struct job_record *record)
 {
     sqlite3 *db = store_read_begin(store);
-    enum store_status status = find_id(db, id, record);
+    enum store_status status = store_jobs_find(db, id, record);
 
     store_read_end(store, db);
     return status;
@@ -401,7 +234,7 @@ static void bind_filter(struct stmt *list, const char *value, size_t i, const ch
 enum store_status store_jobs_list(struct store *store, const struct job_query *query,
                                   struct job_record **records, size_t *count)
 {
-    char sql[LIST_SQL_BYTES] = "SELECT " RECORD_COLUMNS " FROM jobs WHERE seq < :before";
+    char sql[LIST_SQL_BYTES] = "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE seq < :before";
     char paths[LIMIT_FILTERS_MAX][PATH_BYTES];
     struct stmt list;
     sqlite3 *db;
@@ -458,15 +291,42 @@ enum store_status store_jobs_counts(struct store *store, int64_t counts[JOB_STAT
     return status;
 }
 
-enum store_status store_jobs_unfinished(struct store *store, struct job_record **records,
-                                        size_t *count)
+enum store_status store_jobs_running(struct store *store, struct job_record **records,
+                                     size_t *count)
 {
     sqlite3 *db = store_read_begin(store);
-    struct stmt list = stmt_init(db, "SELECT " RECORD_COLUMNS " FROM jobs"
-                                     " WHERE state IN ('queued', 'running') ORDER BY seq");
+    struct stmt list = stmt_init(db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs"
+                                     " WHERE state = 'running' ORDER BY seq");
     enum store_status status = read_all(&list, records, count);
 
     store_read_end(store, db);
+    return status;
+}
+
+enum store_status store_jobs_waiting(struct store *store, const char *owner,
+                                     struct job_waiting *waiting, size_t room, size_t *count)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt list = stmt_init(db, "SELECT seq, priority, id FROM jobs"
+                                     " WHERE owner = :owner AND state = 'queued'"
+                                     " ORDER BY priority DESC, seq LIMIT :room");
+    size_t used = 0;
+    enum store_status status;
+
+    stmt_bind_text(&list, ":owner", owner);
+    stmt_bind_integer(&list, ":room", (int64_t)room);
+    while (used < room && stmt_step(&list)) {
+        char *id = stmt_text(&list, 2);
+
+        waiting[used].seq = stmt_integer(&list, 0);
+        waiting[used].priority = (int)stmt_integer(&list, 1);
+        snprintf(waiting[used].id, sizeof waiting[used].id, "%s", id ? id : "");
+        free(id);
+        used++;
+    }
+    status = stmt_fini(&list);
+    store_read_end(store, db);
+    *count = status ? 0 : used;
     return status;
 }
 
@@ -479,9 +339,10 @@ static const char *const transitions[JOB_STATES] = {
                     " WHERE id = :id AND state = 'queued'",
     [JOB_DONE] = "UPDATE jobs SET state = 'done', finished_ms = :now"
                  " WHERE id = :id AND state = 'running'",
-    [JOB_FAILED] = "UPDATE jobs SET state = 'failed', finished_ms = :now, error = :error"
+    [JOB_FAILED] = "UPDATE jobs SET state = 'failed', finished_ms = :now, error = :error,"
+                   " bytes = 0"
                    " WHERE id = :id AND state IN ('queued', 'running')",
-    [JOB_CANCELLED] = "UPDATE jobs SET state = 'cancelled', finished_ms = :now"
+    [JOB_CANCELLED] = "UPDATE jobs SET state = 'cancelled', finished_ms = :now, bytes = 0"
                       " WHERE id = :id AND state IN ('queued', 'running')",
 };
 

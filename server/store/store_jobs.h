@@ -45,6 +45,7 @@ struct job_new {
     const char *job, *derived;
     int64_t chunks;
     const char *idempotency_key;
+    double core_seconds, bytes;  /* that it is expected to need, >= 0 */
     const struct ticket *ticket; /* borrowed; NULL = of OWNER_LOCAL, and nothing more */
     bool force;                  /* run anew although the same job stands; the new one then does */
 };
@@ -80,9 +81,19 @@ enum store_status store_jobs_list(struct store *store, const struct job_query *q
 /* How many jobs are in each state, kept by counters rather than counted. */
 enum store_status store_jobs_counts(struct store *store, int64_t counts[JOB_STATES]);
 
-/* All queued and running jobs in order of submission, for the queue at start. */
-enum store_status store_jobs_unfinished(struct store *store, struct job_record **records,
-                                        size_t *count);
+/* All running jobs in order of submission, for the queue at start. */
+enum store_status store_jobs_running(struct store *store, struct job_record **records,
+                                     size_t *count);
+
+/* The queued jobs of an owner that come next: by priority, then in order of submission. At most
+ * `room` of them; *count tells how many there are. */
+struct job_waiting {
+    int64_t seq;
+    int priority;
+    char id[JOB_ID_SIZE];
+};
+enum store_status store_jobs_waiting(struct store *store, const char *owner,
+                                     struct job_waiting *waiting, size_t room, size_t *count);
 
 /* The transitions. STORE_CONFLICT when the job is not in the state it moves from.
  * (running -> done is store_results_finish: results and state change together.) */

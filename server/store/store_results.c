@@ -205,18 +205,33 @@ static enum store_status insert_result(sqlite3 *db, const char *id, const struct
     return stmt_run(&row, NULL);
 }
 
+/* What the job really takes, in the place of what it was expected to. */
+static enum store_status set_bytes(sqlite3 *db, const char *id, int64_t bytes)
+{
+    struct stmt row = stmt_init(db, "UPDATE jobs SET bytes = :bytes WHERE id = :id");
+
+    stmt_bind_text(&row, ":id", id);
+    stmt_bind_integer(&row, ":bytes", bytes);
+    return stmt_run(&row, NULL);
+}
+
 /* The state moves first: whoever comes too late (cancelled meanwhile) writes nothing. */
 enum store_status store_results_finish(struct store *store, const char *id,
                                        const struct result_new *results, size_t count)
 {
+    int64_t bytes = 0;
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
 
     if (status)
         return status;
     status = store_jobs_move(db, id, JOB_DONE, NULL);
-    for (size_t i = 0; status == STORE_OK && i < count; i++)
+    for (size_t i = 0; status == STORE_OK && i < count; i++) {
         status = insert_result(db, id, &results[i], (int64_t)i);
+        bytes += (int64_t)results[i].size;
+    }
+    if (status == STORE_OK)
+        status = set_bytes(db, id, bytes);
     return store_end(store, status);
 }
 

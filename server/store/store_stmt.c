@@ -248,6 +248,16 @@ int64_t stmt_integer(struct stmt *stmt, int column)
     return sqlite3_column_int64(stmt->handle, column);
 }
 
+double stmt_number(struct stmt *stmt, int column)
+{
+    return sqlite3_column_double(stmt->handle, column);
+}
+
+bool stmt_null(struct stmt *stmt, int column)
+{
+    return sqlite3_column_type(stmt->handle, column) == SQLITE_NULL;
+}
+
 enum store_status stmt_fini(struct stmt *stmt)
 {
     sqlite3_finalize(stmt->handle); /* repeats an error that is known already */

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * queue.h - which chunk of which job a worker runs next, and how far each running job is.
- * Lives in memory; rebuilt from the store at start. Jobs in order of submission; all free workers
- * take chunks of the oldest job first, so one job uses all workers.
+ * Jobs in motion live in memory; the queued ones stay in the store until a worker wants one.
+ *
+ * Between owners the one who has used the fewest core seconds goes first (see queue_owner.c); a
+ * newcomer waits for one chunk at most. Of one owner's jobs the one of the highest priority goes
+ * first, then one that runs already, then in order of submission; all free workers take chunks of
+ * it, so one job uses all workers. What is in motion goes on to the end of its chunk.
  *
  * THREADS  One mutex and condition variable inside. Any thread may call anything. Ticks are
  *          atomics: workers write them without the mutex.
@@ -25,7 +29,7 @@ struct task {
     const atomic_bool *cancelled;  /* look at it between slices */
     _Atomic int64_t *ticks_done;   /* the worker writes its progress here, */
     _Atomic int64_t *ticks_total;  /* and what will make it complete; both NULL for QUEUE_FINISH */
-    void *claim;                   /* the queue's own */
+    void *claim, *owner;           /* the queue's own */
 };
 enum { QUEUE_FINISH = -1 };
 
@@ -35,14 +39,13 @@ bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]
 enum store_status queue_create(struct queue **queue, struct store *store);
 void queue_free(struct queue *queue);
 
-/* Takes over every unfinished job of the store. Called once before workers start. A job that this
- * program would not run as it was accepted (its text no longer parses, or means something else) is
- * failed with the reason. */
+/* Takes over every running job of the store, and who has queued ones. Called once before workers
+ * start. A job that this program would not run as it was accepted (its text no longer parses, or
+ * means something else) is failed with the reason; a queued one when its turn comes. */
 enum store_status queue_recover(struct queue *queue);
 
-/* A job that was just inserted; the queue owns the scene afterwards (_take). Without memory for it
- * the job stays queued in the store until the next start. */
-void queue_take(struct queue *queue, const char *id, struct bcd_scene *scene);
+/* There are new jobs of this owner in the store. */
+void queue_take(struct queue *queue, const char *owner);
 
 /* Waits for work; false when the queue is stopping. Marks the job running in the store before its
  * first chunk is handed out; a job that the store no longer lets start is dropped. A recovered job
@@ -56,6 +59,10 @@ bool queue_claim(struct queue *queue, struct task *task);
 void queue_done(struct queue *queue, struct task *task, bool *last);
 void queue_forget(struct queue *queue, const char *id);
 
+/* Core seconds that were used for a task of the queue, claimed or not any more. They go to the
+ * store now and then, and when the queue is freed. */
+void queue_spend(struct queue *queue, const struct task *task, double seconds);
+
 /* The chunk was not finished (stopping, cancelled, failed) and goes back. */
 void queue_release(struct queue *queue, struct task *task);
 
@@ -64,7 +71,7 @@ void queue_release(struct queue *queue, struct task *task);
  * */
 void queue_cancel(struct queue *queue, const char *id);
 
-/* 0..1 of a job in the queue; negative when it is not here (the store then knows). */
+/* 0..1 of a job in motion; negative when it is not here (the store then knows). */
 double queue_progress(struct queue *queue, const char *id);
 
 /* The jobs that have begun, at most `room` of them. */

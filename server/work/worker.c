@@ -44,12 +44,13 @@ enum outcome {
     OUTCOME_FAILED,  /* the job cannot be run */
 };
 
-/* One task in work. */
+/* One task in work. `cpu_ns`: this thread's clock when its use was told last. */
 struct work {
     struct workers *workers;
     struct task *task;
     struct bcd_run *run;
     struct bcd_error error;
+    int64_t cpu_ns;
 };
 
 /* ---------------------------------------------------------------------- clock */
@@ -60,6 +61,23 @@ static int64_t now_ns(void)
 
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+static int64_t cpu_now_ns(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+/* Tells the queue what this task has used since it was told last. */
+static void tell_use(struct work *work)
+{
+    int64_t now = cpu_now_ns();
+
+    queue_spend(work->workers->queue, work->task, (double)(now - work->cpu_ns) * 1e-9);
+    work->cpu_ns = now;
 }
 
 static bool should_stop(const struct work *work)
@@ -189,6 +207,7 @@ static enum outcome advance(struct work *work)
         after = now_ns();
         slice = next_slice(slice, after - before);
         atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
+        tell_use(work);
         if (after >= checkpoint_due && bcd_run_ticks_done(work->run) < total) {
             save_checkpoint(work);
             after = now_ns();
@@ -419,13 +438,14 @@ static void fail_job(struct work *work)
 
 static void do_task(struct workers *workers, struct task *task)
 {
-    struct work work = {.workers = workers, .task = task};
+    struct work work = {.workers = workers, .task = task, .cpu_ns = cpu_now_ns()};
     bool last = task->chunk == QUEUE_FINISH;
 
     if (!last) {
         enum outcome outcome = run_chunk(&work);
 
         bcd_run_free(work.run);
+        tell_use(&work);
         if (outcome != OUTCOME_DONE) {
             if (outcome == OUTCOME_FAILED)
                 fail_job(&work);
@@ -438,6 +458,7 @@ static void do_task(struct workers *workers, struct task *task)
         if (!finish_job(&work))
             fail_job(&work);
         queue_forget(workers->queue, task->id);
+        tell_use(&work);
     }
 }
 

@@ -34,8 +34,15 @@ struct bcd_scene *job_bench_scene(int chunks, int seed)
 void job_bench_submit(struct store *store, struct queue *queue, struct bcd_scene *scene,
                       char id[JOB_ID_SIZE])
 {
+    job_bench_submit_as(store, queue, scene, &(struct ticket){.owner = OWNER_LOCAL}, id);
+}
+
+void job_bench_submit_as(struct store *store, struct queue *queue, struct bcd_scene *scene,
+                         const struct ticket *ticket, char id[JOB_ID_SIZE])
+{
     char *text = scene_json_job(scene), *derived = scene_json_derived(scene);
-    struct job_new job = {.job = text, .derived = derived, .chunks = bcd_scene_chunks(scene)};
+    struct job_new job = {
+        .job = text, .derived = derived, .chunks = bcd_scene_chunks(scene), .ticket = ticket};
     struct job_record record;
     bool existed = true;
 
@@ -47,9 +54,8 @@ void job_bench_submit(struct store *store, struct queue *queue, struct bcd_scene
     free(derived);
     free(text);
     if (queue)
-        queue_take(queue, id, scene);
-    else
-        bcd_scene_free(scene);
+        queue_take(queue, ticket->owner);
+    bcd_scene_free(scene);
 }
 
 enum job_state job_bench_wait(struct store *store, const char *id)

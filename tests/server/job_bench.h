@@ -17,6 +17,10 @@ struct bcd_scene *job_bench_scene(int chunks, int seed);
 void job_bench_submit(struct store *store, struct queue *queue, struct bcd_scene *scene,
                       char id[JOB_ID_SIZE]);
 
+/* The same for an owner and a priority. */
+void job_bench_submit_as(struct store *store, struct queue *queue, struct bcd_scene *scene,
+                         const struct ticket *ticket, char id[JOB_ID_SIZE]);
+
 /* Waits until the job has ended and returns its state; fails the test after a minute or more. */
 enum job_state job_bench_wait(struct store *store, const char *id);
 

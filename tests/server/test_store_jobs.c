@@ -299,24 +299,34 @@ static void odd_filter_paths_find_nothing(void **state)
                      1);
 }
 
-static void unfinished_jobs_come_in_order_of_submission(void **state)
+static void running_jobs_come_in_order_of_submission(void **state)
 {
     struct store *store = ((struct bench *)*state)->store;
     char id[4][JOB_ID_SIZE];
     struct job_record *records;
+    struct job_waiting waiting[2];
     size_t count;
 
     for (int i = 0; i < 4; i++)
         bench_insert(store, i, "{}", id[i]);
     assert_int_equal(store_jobs_start(store, id[2]), STORE_OK);
-    assert_int_equal(store_jobs_cancel(store, id[1]), STORE_OK);
-    assert_int_equal(store_jobs_unfinished(store, &records, &count), STORE_OK);
-    assert_int_equal(count, 3);
+    assert_int_equal(store_jobs_start(store, id[0]), STORE_OK);
+    assert_int_equal(store_jobs_running(store, &records, &count), STORE_OK);
+    assert_int_equal(count, 2);
     assert_string_equal(records[0].id, id[0]);
     assert_string_equal(records[1].id, id[2]);
     assert_int_equal(records[1].state, JOB_RUNNING);
-    assert_string_equal(records[2].id, id[3]);
     job_records_free(records, count);
+    assert_int_equal(store_jobs_waiting(store, OWNER_LOCAL, waiting, 2, &count), STORE_OK);
+    assert_int_equal(count, 2);
+    assert_string_equal(waiting[0].id, id[1]);
+    assert_string_equal(waiting[1].id, id[3]);
+    assert_int_equal(store_jobs_cancel(store, id[1]), STORE_OK);
+    assert_int_equal(store_jobs_waiting(store, OWNER_LOCAL, waiting, 1, &count), STORE_OK);
+    assert_int_equal(count, 1);
+    assert_string_equal(waiting[0].id, id[3]);
+    assert_int_equal(store_jobs_waiting(store, "nobody", waiting, 2, &count), STORE_OK);
+    assert_int_equal(count, 0);
 }
 
 int main(void)
@@ -333,7 +343,7 @@ int main(void)
         BENCH_TEST(pages_go_from_new_to_old),
         BENCH_TEST(filters_compare_scalars_of_the_job),
         BENCH_TEST(odd_filter_paths_find_nothing),
-        BENCH_TEST(unfinished_jobs_come_in_order_of_submission),
+        BENCH_TEST(running_jobs_come_in_order_of_submission),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

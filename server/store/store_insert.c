@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * store_insert.c - a job is accepted: found again, or kept; see store_jobs.h. */
+#include "store_internal.h"
+
+#include "log.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/random.h>
+
+/* "j" and 80 random bits in base 32: nobody guesses one, and none is made twice. */
+static enum store_status make_id(char id[JOB_ID_SIZE])
+{
+    static const char digits[] = "abcdefghijklmnopqrstuvwxyz234567";
+    unsigned char bits[16];
+
+    if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) {
+        log_write(LOG_LEVEL_ERROR, "no_random_bits", LOG_FIELDS(log_integer("errno", errno)));
+        return STORE_BROKEN;
+    }
+    id[0] = 'j';
+    for (size_t i = 0; i < sizeof bits; i++)
+        id[i + 1] = digits[bits[i] & 31];
+    id[sizeof bits + 1] = '\0';
+    return STORE_OK;
+}
+
+/* The job that an idempotency key was first used for; STORE_CONFLICT if that is another job. */
+static enum store_status find_key(sqlite3 *db, const struct job_new *job, struct job_record *record)
+{
+    struct job_record found;
+    struct stmt row;
+    enum store_status status;
+
+    if (!job->idempotency_key)
+        return STORE_NOT_FOUND;
+    row = stmt_init(db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE seq ="
+                        " (SELECT job FROM idempotency_keys WHERE key = :key)");
+    stmt_bind_text(&row, ":key", job->idempotency_key);
+    status = store_jobs_read_one(&row, &found);
+    if (status)
+        return status;
+    if (memcmp(found.hash, job->hash, JOB_HASH_SIZE) != 0) {
+        job_record_fini(&found);
+        return STORE_CONFLICT;
+    }
+    *record = found;
+    return STORE_OK;
+}
+
+static enum store_status find_live(sqlite3 *db, const struct job_new *job,
+                                   struct job_record *record)
+{
+    struct stmt row = stmt_init(db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE hash = :hash"
+                                    " AND state IN ('queued', 'running', 'done')"
+                                    " AND superseded = 0");
+
+    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
+    return store_jobs_read_one(&row, record);
+}
+
+/* tags: one space between two. */
+static enum store_status insert_tags(sqlite3 *db, const char *tags, int64_t seq)
+{
+    enum store_status status = STORE_OK;
+
+    while (tags && status == STORE_OK) {
+        struct stmt row = stmt_init(db, "INSERT INTO job_tags (job, tag)"
+                                        " VALUES (:job, substr(:tags, 1, :length))");
+        size_t length = strcspn(tags, " ");
+
+        stmt_bind_integer(&row, ":job", seq);
+        stmt_bind_text(&row, ":tags", tags);
+        stmt_bind_integer(&row, ":length", (int64_t)length);
+        status = stmt_run(&row, NULL);
+        tags = tags[length] ? tags + length + 1 : NULL;
+    }
+    return status;
+}
+
+/* A job that stands makes way for one that is run anew. */
+static enum store_status supersede(sqlite3 *db, const struct job_new *job)
+{
+    struct stmt row = stmt_init(db, "UPDATE jobs SET superseded = 1 WHERE hash = :hash"
+                                    " AND state IN ('queued', 'running', 'done')"
+                                    " AND superseded = 0");
+
+    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
+    return stmt_run(&row, NULL);
+}
+
+static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
+                                    struct job_record *record)
+{
+    static const struct ticket local = {.owner = OWNER_LOCAL};
+    const struct ticket *ticket = job->ticket ? job->ticket : &local;
+    char id[JOB_ID_SIZE];
+    enum store_status status = make_id(id);
+    struct stmt row;
+    int changes = 0;
+
+    if (status)
+        return status;
+    /* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
+     * CHECK with this function.) */
+    row = stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived,"
+                        " owner, priority, label, core_seconds, bytes)"
+                        " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived,"
+                        " :owner, :priority, :label, :core_seconds, :bytes"
+                        " WHERE json_valid(:job) AND json_valid(:derived)");
+    stmt_bind_text(&row, ":owner", ticket->owner);
+    stmt_bind_integer(&row, ":priority", ticket->priority);
+    stmt_bind_text(&row, ":label", ticket->label);
+    stmt_bind_number(&row, ":core_seconds", job->core_seconds);
+    stmt_bind_integer(&row, ":bytes", (int64_t)job->bytes);
+    stmt_bind_text(&row, ":id", id);
+    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
+    stmt_bind_integer(&row, ":now", store_now_ms());
+    stmt_bind_integer(&row, ":chunks", job->chunks);
+    stmt_bind_text(&row, ":job", job->job);
+    stmt_bind_text(&row, ":derived", job->derived);
+    status = stmt_run(&row, &changes);
+    if (status == STORE_OK && changes == 0)
+        status = store_fault(db, SQLITE_MISMATCH, "a job that is no JSON");
+    if (status == STORE_OK && ticket->tags)
+        status = insert_tags(db, ticket->tags, sqlite3_last_insert_rowid(db));
+    return status ? status : store_jobs_find(db, id, record);
+}
+
+static enum store_status insert_key(sqlite3 *db, const char *key, int64_t seq)
+{
+    struct stmt row = stmt_init(db, "INSERT INTO idempotency_keys (key, job) VALUES (:key, :job)");
+
+    stmt_bind_text(&row, ":key", key);
+    stmt_bind_integer(&row, ":job", seq);
+    return stmt_run(&row, NULL);
+}
+
+enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct job_record *record,
+                                 bool *existed)
+{
+    struct job_record found = {0};
+    bool known_key;
+    enum store_status status = find_key(db, job, &found);
+
+    known_key = status == STORE_OK;
+    if (status == STORE_NOT_FOUND && !job->force)
+        status = find_live(db, job, &found);
+    else if (status == STORE_NOT_FOUND && (status = supersede(db, job)) == STORE_OK)
+        status = STORE_NOT_FOUND;
+    *existed = status == STORE_OK;
+    if (status == STORE_NOT_FOUND)
+        status = insert_row(db, job, &found);
+    if (status == STORE_OK && job->idempotency_key && !known_key)
+        status = insert_key(db, job->idempotency_key, found.seq);
+    if (status)
+        job_record_fini(&found);
+    else
+        *record = found;
+    return status;
+}
+
+enum store_status store_jobs_insert(struct store *store, const struct job_new *job,
+                                    struct job_record *record, bool *existed)
+{
+    struct job_record found = {0};
+    bool stands = false;
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    if (status)
+        return status;
+    status = store_jobs_add(db, job, &found, &stands);
+    status = store_end(store, status);
+    if (status) {
+        job_record_fini(&found);
+        return status;
+    }
+    *record = found;
+    *existed = stands;
+    return STORE_OK;
+}

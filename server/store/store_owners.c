@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * store_owners.c - rows of the table owners; see store_owners.h and schema/003_people.sql. */
+#include "store_owners.h"
+
+#include "limits.h"
+#include "store_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DAY_MS = 86400000 };
+
+const char *const quota_names[QUOTAS] = {
+    [QUOTA_QUEUED] = "queued_points",
+    [QUOTA_DAY_SECONDS] = "core_seconds_per_day",
+    [QUOTA_BYTES] = "stored_bytes",
+};
+const double quota_defaults[QUOTAS] = {
+    [QUOTA_QUEUED] = LIMIT_OWNER_QUEUED_MAX,
+    [QUOTA_DAY_SECONDS] = LIMIT_OWNER_DAY_SECONDS_MAX,
+    [QUOTA_BYTES] = LIMIT_OWNER_BYTES_MAX,
+};
+
+double owner_decay(double seconds, int64_t age_ms)
+{
+    return age_ms > 0 ? seconds * exp2(-(double)age_ms / LIMIT_USAGE_HALF_LIFE_MS) : seconds;
+}
+
+double owner_record_use(const struct owner_record *record, enum quota quota)
+{
+    if (quota == QUOTA_QUEUED)
+        return (double)record->queued;
+    if (quota == QUOTA_BYTES)
+        return record->bytes;
+    return record->day_seconds + record->waiting_seconds;
+}
+
+enum quota owner_record_excess(const struct owner_record *record, const struct quota_need *need)
+{
+    int i = 0;
+
+    while (i < QUOTAS && owner_record_use(record, i) + need->value[i] <= record->quota[i])
+        i++;
+    return (enum quota)i;
+}
+
+/* -------------------------------------------------------------------- reading */
+
+#define OWNER_COLUMNS                                                                              \
+    "owner, queued, waiting_seconds, bytes, usage_seconds, usage_ms, day, day_seconds, "           \
+    "quota_queued, quota_day_seconds, quota_bytes"
+
+static void read_owner(struct stmt *row, int64_t now_ms, struct owner_record *record)
+{
+    char *owner = stmt_text(row, 0);
+
+    *record = (struct owner_record){
+        .queued = stmt_integer(row, 1),
+        .waiting_seconds = stmt_number(row, 2),
+        .bytes = stmt_number(row, 3),
+        .usage_seconds = owner_decay(stmt_number(row, 4), now_ms - stmt_integer(row, 5)),
+        .day_seconds = stmt_integer(row, 6) == now_ms / DAY_MS ? stmt_number(row, 7) : 0,
+    };
+    for (int i = 0; i < QUOTAS; i++)
+        record->quota[i] = stmt_null(row, 8 + i) ? quota_defaults[i] : stmt_number(row, 8 + i);
+    snprintf(record->owner, sizeof record->owner, "%s", owner ? owner : "");
+    free(owner);
+}
+
+enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner_record *record)
+{
+    struct stmt row = stmt_init(db, "SELECT " OWNER_COLUMNS " FROM owners WHERE owner = :owner");
+
+    *record = (struct owner_record){.queued = 0};
+    snprintf(record->owner, sizeof record->owner, "%s", owner);
+    memcpy(record->quota, quota_defaults, sizeof record->quota);
+    stmt_bind_text(&row, ":owner", owner);
+    if (stmt_step(&row))
+        read_owner(&row, store_now_ms(), record);
+    return stmt_fini(&row);
+}
+
+enum store_status store_owners_get(struct store *store, const char *owner,
+                                   struct owner_record *record)
+{
+    sqlite3 *db = store_read_begin(store);
+    enum store_status status = store_owners_find(db, owner, record);
+
+    store_read_end(store, db);
+    return status;
+}
+
+enum store_status store_owners_list(struct store *store, struct owner_record **records,
+                                    size_t *count)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt list = stmt_init(db, "SELECT " OWNER_COLUMNS " FROM owners ORDER BY owner");
+    struct owner_record *array = NULL;
+    int64_t now_ms = store_now_ms();
+    size_t used = 0;
+    enum store_status status;
+
+    while (stmt_step(&list)) {
+        struct owner_record *bigger = realloc(array, (used + 1) * sizeof *array);
+
+        if (!bigger) {
+            list.status = store_fault(db, SQLITE_NOMEM, list.sql);
+            break;
+        }
+        array = bigger;
+        read_owner(&list, now_ms, &array[used++]);
+    }
+    status = stmt_fini(&list);
+    store_read_end(store, db);
+    if (status) {
+        free(array);
+        return status;
+    }
+    *records = array;
+    *count = used;
+    return STORE_OK;
+}
+
+/* -------------------------------------------------------------------- writing */
+
+static enum store_status make_owner(sqlite3 *db, const char *owner)
+{
+    struct stmt row = stmt_init(db, "INSERT OR IGNORE INTO owners (owner) VALUES (:owner)");
+
+    stmt_bind_text(&row, ":owner", owner);
+    return stmt_run(&row, NULL);
+}
+
+static enum store_status spend(sqlite3 *db, const char *owner, double seconds)
+{
+    int64_t now_ms = store_now_ms();
+    struct owner_record record;
+    struct stmt row;
+    enum store_status status = make_owner(db, owner);
+
+    if (status == STORE_OK)
+        status = store_owners_find(db, owner, &record);
+    if (status)
+        return status;
+    row = stmt_init(db, "UPDATE owners SET usage_seconds = :usage, usage_ms = :now, day = :day,"
+                        " day_seconds = :day_seconds WHERE owner = :owner");
+    stmt_bind_text(&row, ":owner", owner);
+    stmt_bind_number(&row, ":usage", record.usage_seconds + seconds);
+    stmt_bind_integer(&row, ":now", now_ms);
+    stmt_bind_integer(&row, ":day", now_ms / DAY_MS);
+    stmt_bind_number(&row, ":day_seconds", record.day_seconds + seconds);
+    return stmt_run(&row, NULL);
+}
+
+enum store_status store_owners_spend(struct store *store, const char *owner, double seconds)
+{
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    return status ? status : store_end(store, spend(db, owner, seconds));
+}
+
+static enum store_status set_quota(sqlite3 *db, const char *owner, const double quota[QUOTAS])
+{
+    struct stmt row = stmt_init(db, "UPDATE owners SET quota_queued = :queued,"
+                                    " quota_day_seconds = :seconds, quota_bytes = :bytes"
+                                    " WHERE owner = :owner");
+
+    stmt_bind_text(&row, ":owner", owner);
+    if (quota[QUOTA_QUEUED] >= 0)
+        stmt_bind_integer(&row, ":queued", (int64_t)quota[QUOTA_QUEUED]);
+    if (quota[QUOTA_DAY_SECONDS] >= 0)
+        stmt_bind_number(&row, ":seconds", quota[QUOTA_DAY_SECONDS]);
+    if (quota[QUOTA_BYTES] >= 0)
+        stmt_bind_integer(&row, ":bytes", (int64_t)quota[QUOTA_BYTES]);
+    return stmt_run(&row, NULL);
+}
+
+enum store_status store_owners_set_quota(struct store *store, const char *owner,
+                                         const double quota[QUOTAS], const struct identity *by)
+{
+    char detail[160];
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    if (status)
+        return status;
+    snprintf(detail, sizeof detail, "%s %.17g, %s %.17g, %s %.17g (-1: the default)",
+             quota_names[0], quota[0], quota_names[1], quota[1], quota_names[2], quota[2]);
+    status = make_owner(db, owner);
+    if (status == STORE_OK)
+        status = set_quota(db, owner, quota);
+    if (status == STORE_OK)
+        status = store_audit_add(db, &(struct audit_new){by, "owner.quota", owner, detail});
+    return store_end(store, status);
+}

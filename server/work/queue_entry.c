@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * queue_entry.c - jobs in motion and their chunks; see queue_internal.h. */
+#include "queue_internal.h"
+
+#include <assert.h>
+#include <search.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int compare_ids(const void *a, const void *b)
+{
+    return strcmp(a, b);
+}
+
+struct queued *entry_find(struct queue *queue, const char *id)
+{
+    struct queued *const *node = tfind(id, &queue->index, compare_ids);
+
+    return node ? *node : NULL;
+}
+
+struct queued *entry_create(struct owner *owner, const char *id)
+{
+    struct queued *entry = calloc(1, sizeof *entry);
+
+    if (!entry)
+        return NULL;
+    snprintf(entry->id, sizeof entry->id, "%s", id);
+    entry->owner = owner;
+    atomic_init(&entry->cancelled, false);
+    return entry;
+}
+
+bool entry_set_scene_take(struct queued *entry, struct bcd_scene *scene)
+{
+    entry->chunks = bcd_scene_chunks(scene);
+    entry->chunk_state = calloc((size_t)entry->chunks + 1, 1); /* CHUNK_FREE */
+    if (!entry->chunk_state) {
+        bcd_scene_free(scene);
+        return false;
+    }
+    entry->scene = scene;
+    return true;
+}
+
+bool entry_append(struct queue *queue, struct queued *entry)
+{
+    struct queued *const *node = tsearch(entry, &queue->index, compare_ids);
+    struct owner *owner = entry->owner;
+
+    if (!node || *node != entry)
+        return false;
+    entry->previous = owner->last;
+    if (owner->last)
+        owner->last->next = entry;
+    else
+        owner->first = entry;
+    owner->last = entry;
+    return true;
+}
+
+void entry_release(struct queue *queue, struct queued *entry)
+{
+    struct owner *owner = entry->owner;
+
+    if (!entry->ended || entry->pinned || entry->claims)
+        return;
+    tdelete(entry, &queue->index, compare_ids);
+    if (entry->previous)
+        entry->previous->next = entry->next;
+    else
+        owner->first = entry->next;
+    if (entry->next)
+        entry->next->previous = entry->previous;
+    else
+        owner->last = entry->previous;
+    entry_free(entry);
+}
+
+void entry_free(struct queued *entry)
+{
+    if (!entry)
+        return;
+    assert(!entry->claims);
+    bcd_scene_free(entry->scene);
+    free(entry->chunk_state);
+    free(entry);
+}
+
+int64_t entry_next_chunk(struct queued *entry)
+{
+    while (entry->first_free < entry->chunks && entry->chunk_state[entry->first_free] != CHUNK_FREE)
+        entry->first_free++;
+    if (entry->first_free == entry->chunks && entry->chunks_done == entry->chunks && !entry->pinned)
+        return QUEUE_FINISH;
+    return entry->first_free;
+}
+
+bool entry_claim(struct queued *entry, struct task *task)
+{
+    int64_t chunk = entry_next_chunk(entry);
+    struct claim *claim = NULL;
+
+    if (chunk == QUEUE_FINISH) {
+        entry->pinned = true;
+    } else {
+        claim = calloc(1, sizeof *claim);
+        if (!claim)
+            return false;
+        claim->entry = entry;
+        claim->chunk = chunk;
+        atomic_init(&claim->ticks_done, 0);
+        atomic_init(&claim->ticks_total, 0);
+        claim->next = entry->claims;
+        if (entry->claims)
+            entry->claims->previous = claim;
+        entry->claims = claim;
+        entry->chunk_state[chunk] = CHUNK_CLAIMED;
+        entry->owner->claims++;
+    }
+    *task = (struct task){
+        .id = entry->id,
+        .scene = entry->scene,
+        .chunk = chunk,
+        .cancelled = &entry->cancelled,
+        .ticks_done = claim ? &claim->ticks_done : NULL,
+        .ticks_total = claim ? &claim->ticks_total : NULL,
+        .claim = claim,
+        .owner = entry->owner,
+    };
+    return true;
+}
+
+struct queued *entry_drop_claim(struct task *task, enum chunk_state becomes)
+{
+    struct claim *claim = task->claim;
+    struct queued *entry = claim->entry;
+
+    if (claim->previous)
+        claim->previous->next = claim->next;
+    else
+        entry->claims = claim->next;
+    if (claim->next)
+        claim->next->previous = claim->previous;
+    assert(entry->chunk_state[claim->chunk] == CHUNK_CLAIMED);
+    entry->chunk_state[claim->chunk] = (unsigned char)becomes;
+    if (becomes == CHUNK_DONE)
+        entry->chunks_done++;
+    else if (claim->chunk < entry->first_free)
+        entry->first_free = claim->chunk;
+    entry->owner->claims--;
+    task->claim = NULL;
+    task->ticks_done = task->ticks_total = NULL;
+    free(claim);
+    return entry;
+}

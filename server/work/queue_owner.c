@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * queue_owner.c - whose turn it is, and what they have used; see queue_internal.h.
+ *
+ * The owner who has used the least goes first, as used up core seconds are forgotten by half every
+ * LIMIT_USAGE_HALF_LIFE_MS. Nobody starves: who runs uses, who waits forgets. But a person who
+ * comes with one job after a pause should not wait until a sweep has caught up with what they used
+ * yesterday: the first chunk of a newcomer goes out of turn. Not two such in a row while others
+ * have work, for else people who come and go could keep a sweep waiting for ever.
+ */
+#include "queue_internal.h"
+
+#include "limits.h"
+#include "store_owners.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+int64_t owner_now_ms(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+struct owner *owner_find(struct queue *queue, const char *name)
+{
+    struct owner **last = &queue->owners;
+
+    while (*last && strcmp((*last)->name, name) != 0)
+        last = &(*last)->next;
+    if (!*last) {
+        *last = calloc(1, sizeof **last);
+        if (*last)
+            snprintf((*last)->name, sizeof(*last)->name, "%s", name);
+    }
+    return *last;
+}
+
+/* Whether a goes before b, both of one owner. */
+static bool goes_before(const struct queued *a, const struct queued *b)
+{
+    return a->priority != b->priority ? a->priority > b->priority : a->seq < b->seq;
+}
+
+struct queued *owner_entry(struct owner *owner)
+{
+    struct queued *best = NULL;
+
+    for (struct queued *entry = owner->first; entry; entry = entry->next)
+        if (entry->started && !entry->ended && (!best || goes_before(entry, best)) &&
+            entry_next_chunk(entry) != entry->chunks)
+            best = entry;
+    return best;
+}
+
+/* Whether a has used less than b; fewer chunks in motion where both have used the same. */
+static bool used_less(const struct owner *a, const struct owner *b, int64_t now_ms)
+{
+    double usage_a = owner_decay(a->usage, now_ms - a->usage_ms);
+    double usage_b = owner_decay(b->usage, now_ms - b->usage_ms);
+
+    return usage_a != usage_b ? usage_a < usage_b : a->claims < b->claims;
+}
+
+struct owner *owner_choose(struct queue *queue, bool *jumps)
+{
+    struct owner *fair = NULL, *newcomer = NULL;
+    int64_t now_ms = owner_now_ms();
+
+    for (struct owner *owner = queue->owners; owner; owner = owner->next) {
+        if (!owner->waiting && !owner_entry(owner))
+            continue;
+        if (!fair || used_less(owner, fair, now_ms))
+            fair = owner;
+        if (!owner->greeted && (!newcomer || used_less(owner, newcomer, now_ms)))
+            newcomer = owner;
+    }
+    *jumps = newcomer && newcomer != fair && !queue->jumped;
+    return *jumps ? newcomer : fair;
+}
+
+/* ---------------------------------------------------------------------- usage */
+
+void queue_spend(struct queue *queue, const struct task *task, double seconds)
+{
+    struct owner *owner = task->owner;
+    int64_t now_ms;
+
+    if (!(seconds > 0))
+        return;
+    pthread_mutex_lock(&queue->mutex);
+    now_ms = owner_now_ms();
+    owner->usage = owner_decay(owner->usage, now_ms - owner->usage_ms) + seconds;
+    owner->usage_ms = now_ms;
+    owner->unsaved += seconds;
+    if (!queue->saving && (now_ms >= queue->saved_ms + LIMIT_USAGE_SAVE_MS ||
+                           now_ms < queue->saved_ms)) /* the clock was set back */
+        owner_save_usage(queue);
+    pthread_mutex_unlock(&queue->mutex);
+}
+
+void owner_save_usage(struct queue *queue)
+{
+    queue->saving = true;
+    for (struct owner *owner = queue->owners; owner; owner = owner->next) {
+        double seconds = owner->unsaved;
+        enum store_status status;
+
+        if (!(seconds > 0))
+            continue;
+        owner->unsaved = 0;
+        pthread_mutex_unlock(&queue->mutex);
+        status = store_owners_spend(queue->store, owner->name, seconds);
+        pthread_mutex_lock(&queue->mutex);
+        if (status) /* the store has logged why; it comes along next time */
+            owner->unsaved += seconds;
+    }
+    queue->saving = false;
+    queue->saved_ms = owner_now_ms();
+}

@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * queue_start.c - how a job comes into motion: from the store, when a worker wants it, or at the
+ * start of the daemon, when it was in motion before; see queue_internal.h.
+ */
+#include "queue_internal.h"
+
+#include "log.h"
+#include "scene_json.h"
+#include "store_owners.h"
+#include "store_results.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { RETRY_MS = 1000 }; /* until a store that cannot say, or mark a job running, is asked again */
+
+void start_wait(struct queue *queue)
+{
+    struct timespec until;
+    int code = 0;
+
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_sec += RETRY_MS / 1000;
+    while (code == 0 && !atomic_load(&queue->stopping))
+        code = pthread_cond_timedwait(&queue->changed, &queue->mutex, &until);
+}
+
+/* ----------------------------------------------------------------- the scene */
+
+static void fail_job(struct queue *queue, const struct job_record *record, const char *reason)
+{
+    log_write(LOG_LEVEL_ERROR, "job_not_started",
+              LOG_FIELDS(log_text("job", record->id), log_text("reason", reason)));
+    /* If this fails too, the store has logged why; the job is looked at again at the next start. */
+    store_jobs_fail(queue->store, record->id, reason);
+}
+
+/* The scene of a job of the store: NULL with STORE_OK if the job had to be failed. */
+static enum store_status load_scene(struct queue *queue, const struct job_record *record,
+                                    struct bcd_scene **scene)
+{
+    struct bcd_errors errors = {0};
+    unsigned char hash[JOB_HASH_SIZE];
+    char reason[512];
+    enum bcd_status status = scene_json_parse(record->job, strlen(record->job), scene, &errors);
+
+    if (status == BCD_NO_MEMORY)
+        return STORE_BROKEN;
+    if (status) {
+        *scene = NULL;
+        snprintf(reason, sizeof reason, "this version cannot run the job any more: %s: %s",
+                 errors.count ? errors.items[0].field : "",
+                 errors.count ? errors.items[0].text : bcd_status_text(status));
+        fail_job(queue, record, reason);
+        return STORE_OK;
+    }
+    if (!queue_hash(*scene, hash)) {
+        bcd_scene_free(*scene);
+        return STORE_BROKEN;
+    }
+    /* Chunks already finished must not be mixed with others of a different meaning. */
+    if (memcmp(hash, record->hash, sizeof hash) != 0 ||
+        bcd_scene_chunks(*scene) != record->chunks) {
+        bcd_scene_free(*scene);
+        *scene = NULL;
+        fail_job(queue, record,
+                 "accepted by a version whose results differ from this one's; "
+                 "submit it again");
+    }
+    return STORE_OK;
+}
+
+/* ------------------------------------------------------------------ the head */
+
+/* Asks the store which queued job of this owner comes next, and whether it is the last. Those that
+ * are just being started are queued there too. */
+void start_ask(struct queue *queue, struct owner *owner)
+{
+    size_t room = owner->starting + 2, count = 0, found = 0;
+    struct job_waiting *waiting = calloc(room, sizeof *waiting);
+    unsigned news = owner->news;
+    enum store_status status = STORE_BROKEN;
+
+    owner->asking = true;
+    pthread_mutex_unlock(&queue->mutex);
+    if (waiting)
+        status = store_jobs_waiting(queue->store, owner->name, waiting, room, &count);
+    pthread_mutex_lock(&queue->mutex);
+    if (status)
+        start_wait(queue);
+    owner->asking = false;
+    for (size_t i = 0; i < count && found < 2; i++)
+        if (!entry_find(queue, waiting[i].id) && ++found == 1)
+            owner->head = waiting[i];
+    owner->head_known = found > 0 && owner->news == news; /* the news may want to be the head */
+    owner->more = found > 1 || count == room;
+    if (status == STORE_OK && found == 0 && count < room && owner->news == news)
+        owner->waiting = false;
+    free(waiting);
+    pthread_cond_broadcast(&queue->changed);
+}
+
+/* From the store's row to a job that runs: its scene, and what was needed to start it. */
+static enum store_status start_job(struct queue *queue, struct queued *entry)
+{
+    struct job_record record = {0};
+    struct bcd_scene *scene = NULL;
+    enum store_status status = store_jobs_get(queue->store, entry->id, &record);
+
+    if (status == STORE_OK && record.state != JOB_QUEUED)
+        status = STORE_CONFLICT; /* cancelled meanwhile */
+    if (status == STORE_OK)
+        status = load_scene(queue, &record, &scene);
+    if (status == STORE_OK && !scene)
+        status = STORE_CONFLICT; /* failed just now */
+    job_record_fini(&record);
+    if (status)
+        return status;
+    if (!entry_set_scene_take(entry, scene))
+        return STORE_BROKEN;
+    return store_jobs_start(queue->store, entry->id);
+}
+
+/* Starts the owner's head; others go on with other work meanwhile. */
+void start_head(struct queue *queue, struct owner *owner)
+{
+    struct queued *entry = entry_create(owner, owner->head.id);
+    enum store_status status;
+
+    owner->head_known = false;
+    owner->waiting = owner->more;
+    if (!entry || !entry_append(queue, entry)) {
+        entry_free(entry);
+        start_wait(queue);
+        owner->waiting = true;
+        return;
+    }
+    entry->seq = owner->head.seq;
+    entry->priority = owner->head.priority;
+    entry->pinned = true;
+    owner->starting++;
+    pthread_mutex_unlock(&queue->mutex);
+    status = start_job(queue, entry);
+    if (status == STORE_OK)
+        log_write(LOG_LEVEL_INFO, "job_started", LOG_FIELDS(log_text("job", entry->id)));
+    pthread_mutex_lock(&queue->mutex);
+    if (status == STORE_FULL || status == STORE_BROKEN) {
+        start_wait(queue);
+        owner->waiting = true; /* for this one at least */
+    }
+    owner->starting--;
+    entry->pinned = false;
+    entry->started = status == STORE_OK;
+    /* It was cancelled before it began, or another time will be better. */
+    if (status)
+        entry->ended = true;
+    entry_release(queue, entry);
+    pthread_cond_broadcast(&queue->changed);
+}
+
+/* ------------------------------------------------------------------- recovery */
+
+static enum store_status recover_chunks(struct queue *queue, struct queued *entry)
+{
+    bool *done = calloc((size_t)entry->chunks + 1, sizeof *done);
+    enum store_status status = STORE_BROKEN;
+
+    if (done)
+        status = store_results_chunks(queue->store, entry->id, done, entry->chunks);
+    for (int64_t i = 0; status == STORE_OK && i < entry->chunks; i++) {
+        if (done[i]) {
+            entry->chunk_state[i] = CHUNK_DONE;
+            entry->chunks_done++;
+        }
+    }
+    free(done);
+    return status;
+}
+
+static enum store_status recover_job(struct queue *queue, const struct job_record *record)
+{
+    struct bcd_scene *scene = NULL;
+    struct owner *owner = owner_find(queue, record->ticket.owner);
+    struct queued *entry;
+    enum store_status status = load_scene(queue, record, &scene);
+
+    if (status || !scene)
+        return status;
+    entry = owner ? entry_create(owner, record->id) : NULL;
+    if (!entry) {
+        bcd_scene_free(scene);
+        return STORE_BROKEN;
+    }
+    entry->seq = record->seq;
+    entry->priority = record->ticket.priority;
+    entry->started = true;
+    status = entry_set_scene_take(entry, scene) ? recover_chunks(queue, entry) : STORE_BROKEN;
+    if (status == STORE_OK && !entry_append(queue, entry))
+        status = STORE_BROKEN;
+    if (status) {
+        entry_free(entry);
+        return status;
+    }
+    log_write(LOG_LEVEL_INFO, "job_recovered",
+              LOG_FIELDS(log_text("job", record->id),
+                         log_integer("chunks_done", entry->chunks_done),
+                         log_integer("chunks", entry->chunks)));
+    return STORE_OK;
+}
+
+static enum store_status recover_owners(struct queue *queue)
+{
+    struct owner_record *records = NULL;
+    size_t count = 0;
+    enum store_status status = store_owners_list(queue->store, &records, &count);
+
+    for (size_t i = 0; status == STORE_OK && i < count; i++) {
+        struct owner *owner = owner_find(queue, records[i].owner);
+
+        if (!owner) {
+            status = STORE_BROKEN;
+            break;
+        }
+        owner->usage = records[i].usage_seconds;
+        owner->usage_ms = owner_now_ms();
+        owner->waiting = records[i].queued > 0;
+    }
+    free(records);
+    return status;
+}
+
+enum store_status queue_recover(struct queue *queue)
+{
+    struct job_record *records = NULL;
+    size_t count = 0;
+    enum store_status status = recover_owners(queue);
+
+    if (status == STORE_OK)
+        status = store_jobs_running(queue->store, &records, &count);
+    for (size_t i = 0; status == STORE_OK && i < count; i++)
+        status = recover_job(queue, &records[i]);
+    job_records_free(records, count);
+    return status;
+}
