@@ -44,10 +44,20 @@ static void stop(struct plant *plant)
     *plant = (struct plant){.bench = plant->bench};
 }
 
+/* Until a worker has taken the job up: before, only the store knows of it. */
+static void wait_start(struct plant *plant, const char *id)
+{
+    for (int waited = 0; waited < 60000 && queue_progress(plant->queue, id) < 0.0 &&
+                         bench_state(plant->bench->store, id) != JOB_DONE;
+         waited++)
+        job_bench_nap(1);
+}
+
 static void wait_progress(struct plant *plant, const char *id, double wanted)
 {
     double progress = 0.0;
 
+    wait_start(plant, id);
     for (int waited = 0; waited < 60000 && progress >= 0.0 && progress < wanted; waited++) {
         progress = queue_progress(plant->queue, id);
         job_bench_nap(1);
@@ -181,6 +191,7 @@ static void progress_grows_from_nothing_to_all(void **state)
     int steps = 0;
 
     job_bench_submit(bench->store, plant.queue, long_scene(), id);
+    wait_start(&plant, id);
     while ((progress = queue_progress(plant.queue, id)) >= 0.0) {
         assert_true(progress >= before && progress <= 1.0);
         steps += progress > before;
