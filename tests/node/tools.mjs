@@ -4,6 +4,7 @@
 //
 //   BCD_URL    the daemon that is asked       BCD_SEED    first seed of the random requests
 //   BCD_RUNS   multiplies how many there are (1)
+import http from 'node:http';
 import { createRequire } from 'node:module';
 import { resolve } from 'node:path';
 import { readFileSync } from 'node:fs';
@@ -17,6 +18,7 @@ export const modules = resolve(build, 'node', 'node_modules');
 
 export const url = process.env.BCD_URL;
 const runs = Number(process.env.BCD_RUNS ?? 1);
+export const long = runs > 1;
 const seed = Number(process.env.BCD_SEED ?? 1);
 
 export function validator(options) {
@@ -46,6 +48,7 @@ export async function test(name, body) {
 }
 
 export function finish() {
+  agent.destroy();
   console.log(`1..${count}`);
   process.exitCode = failed ? 1 : 0;
 }
@@ -64,17 +67,42 @@ export function forAll(many, arbitrary, body) {
 }
 
 // ---------------------------------------------------------------- HTTP
-// What came back: { status, type (without parameters), headers, text, json }.
-export async function ask(method, path, { body, headers = {} } = {}) {
-  if (body !== undefined && !('content-type' in headers))
-    headers = { ...headers, 'content-type': 'application/json' };
-  const answer = await fetch(url + path, { method, body, headers, redirect: 'manual',
-                                           signal: AbortSignal.timeout(20000) });
-  const type = (answer.headers.get('content-type') ?? '').split(';')[0];
-  const bytes = new Uint8Array(await answer.arrayBuffer());
-  const text = new TextDecoder().decode(bytes);
-  let json;
-  if (/[/+]json$/.test(type) && text)
-    json = JSON.parse(text);
-  return { status: answer.status, type, headers: answer.headers, bytes, text, json };
+const agent = new http.Agent({ keepAlive: true, maxSockets: 8 });
+
+// What came back: { status, type (without parameters), headers, text, json }. An event stream is
+// listened to for a moment.
+export function ask(method, path, { body, headers = {} } = {}) {
+  const bytes = body === undefined ? undefined : Buffer.from(body);
+  const given = Object.keys(headers).some((name) => name.toLowerCase() === 'content-type');
+  if (bytes !== undefined)
+    headers = { ...(given ? {} : { 'content-type': 'application/json' }), ...headers,
+                'content-length': bytes.length };
+  return new Promise((resolve, reject) => {
+    const { hostname, port } = new URL(url);
+    const request = http.request({ hostname, port, method, path, headers, agent }, (answer) => {
+      const parts = [];
+      const type = (answer.headers['content-type'] ?? '').split(';')[0];
+      const done = () => {
+        const all = Buffer.concat(parts), text = all.toString();
+        let json;
+        try {
+          if (/[/+]json$/.test(type) && text)
+            json = JSON.parse(text);
+        } catch (error) {
+          reject(error);
+        }
+        resolve({ status: answer.statusCode, type, headers: answer.headers, bytes: all, text, json });
+      };
+      answer.on('data', (part) => parts.push(part));
+      answer.on('end', done);
+      answer.on('error', reject);
+      if (type === 'text/event-stream')
+        setTimeout(() => { done(); request.destroy(); }, 100);
+    });
+    request.on('error', reject);
+    request.setTimeout(20000, () => request.destroy(new Error(`no answer: ${method} ${path}`)));
+    request.end(bytes);
+  });
 }
+
+export const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
