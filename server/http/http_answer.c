@@ -8,6 +8,7 @@
 #include <string.h>
 
 static struct MHD_Response *make_response(struct http *http, struct connection *c);
+static struct MHD_Response *make_head(struct reply *reply);
 static enum MHD_Result add_headers(const struct http *http, const struct exchange *exchange,
                                    struct MHD_Response *response);
 
@@ -16,13 +17,15 @@ enum MHD_Result http_answer(struct http *http, struct connection *c)
     struct exchange *exchange = c->exchange;
     struct reply *reply = &exchange->reply;
     http_receive_drop(http, exchange);
-    if (reply->stream.ready && atomic_fetch_add(&http->streams, 1) >= LIMIT_STREAMS_MAX) {
+    bool head = strcmp(exchange->method, "HEAD") == 0;
+    if (!head && reply->stream.ready && atomic_fetch_add(&http->streams, 1) >= LIMIT_STREAMS_MAX) {
         atomic_fetch_sub(&http->streams, 1);
         reply_problem(reply, PROBLEM_BUSY, "%d event streams are open already (LIMIT_STREAMS_MAX)",
                       LIMIT_STREAMS_MAX);
     }
-    exchange->answer_bytes = strcmp(exchange->method, "HEAD") == 0 ? 0 : reply->body_size;
-    struct MHD_Response *response = make_response(http, c);
+    exchange->answer_bytes = head ? 0 : reply->body_size;
+    struct MHD_Response *response =
+        head && reply->stream.read ? make_head(reply) : make_response(http, c);
     if (!response)
         return MHD_NO;
     enum MHD_Result sound = add_headers(http, exchange, response);
@@ -51,6 +54,23 @@ static struct MHD_Response *make_response(struct http *http, struct connection *
         MHD_create_response_from_buffer(reply->body_size, reply->body, MHD_RESPMEM_MUST_FREE);
     if (response)
         reply->body = NULL;
+    return response;
+}
+
+static ssize_t read_nothing(void *state, uint64_t position, char *to, size_t size)
+{
+    (void)state, (void)position, (void)to, (void)size;
+    return MHD_CONTENT_READER_END_OF_STREAM;
+}
+
+/* The headers of a stream alone. Not as chunks: the library would send the last one. */
+static struct MHD_Response *make_head(struct reply *reply)
+{
+    stream_fini(&reply->stream);
+    struct MHD_Response *response =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_nothing, NULL, NULL);
+    if (response)
+        MHD_set_response_options(response, MHD_RF_HTTP_VERSION_1_0_ONLY, MHD_RO_END);
     return response;
 }
 

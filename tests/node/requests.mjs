@@ -28,11 +28,13 @@ const operations = Object.entries(document.paths).flatMap(([path, item]) =>
 const names = Object.keys(document.components.schemas.Results.properties);
 
 // ------------------------------------------------------------- what is known of the server
-const pool = { ids: [], cursors: [] };
+const pool = { ids: [], cursors: [], etags: [] };
 let token = null;
 const owned = token ? { authorization: `Bearer ${token}` } : {};
 
-function learn({ json }) {
+function learn({ json, headers }) {
+  if (headers.etag && pool.etags.length < 1000)
+    pool.etags.push(headers.etag);
   for (const item of [json, ...(json?.jobs ?? []), ...(json?.sweeps ?? []), ...(json?.tokens ?? [])])
     if (typeof item?.id === 'string' && item.id !== pool.token && pool.ids.length < 200)
       pool.ids.push(item.id);
@@ -105,7 +107,8 @@ function bodyText(operation) {
 
 const odd = fc.record({
   'Idempotency-Key': fc.constantFrom('a', 'k-1', ' ', 'x'.repeat(256), 'a b'),
-  'If-None-Match': fc.constantFrom('*', '"x"', 'W/"x"', ''),
+  'If-None-Match': fc.oneof(fc.constantFrom('*', '"x"', 'W/"x"', ''),
+                            fc.nat(1000).map((n) => pool.etags[n % (pool.etags.length || 1)] ?? '"y"')),
   'Content-Type': fc.constantFrom('text/plain', 'application/json; charset=utf-8', 'multipart/form-data', ''),
   'Accept': fc.constantFrom('text/html', '*/*'),
   'X-Request-Id': fc.constantFrom('abc', 'a b', 'x'.repeat(200)),
