@@ -297,6 +297,18 @@ await test('jobs keep to their states, whatever is asked in whatever order', () 
     }
   }));
 
+await test('what a client has already is not sent again', async () => {
+  for (const id of ['getResult', 'getResults']) {
+    const { headers } = await call(id, pool.done);
+    expect(headers.etag, id, 'has no ETag');
+    const operation = find(id);
+    const path = operation.path.replace('{id}', pool.done).replace('{name}', 'energy');
+    const again = await ask('GET', path, { headers: { ...owned, 'if-none-match': headers.etag } });
+    expect(again.status === 304, id, again.status);
+    judge(operation, again, false);
+  }
+});
+
 if (long)
   await test('a report that was measured is as described', async () => {
   await call('stopWorkPrecision', '').catch(() => {});
