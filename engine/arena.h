@@ -7,6 +7,7 @@
 #define ARENA_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 struct arena {
     unsigned char *bytes; /* NULL while counting */
@@ -21,6 +22,13 @@ static inline void *arena_take(struct arena *arena, size_t size)
     void *at = arena->bytes ? arena->bytes + arena->used : NULL;
     arena->used += (size + ARENA_ALIGNMENT - 1) / ARENA_ALIGNMENT * ARENA_ALIGNMENT;
     return at;
+}
+
+/* A number for each of n rods leaves room for so many: work that takes them one by one goes on to
+ * whole vectors instead of stopping within one. What stands past the last rod means nothing. */
+static inline int64_t arena_whole(int64_t n)
+{
+    return (n + 3) / 4 * 4;
 }
 
 #endif

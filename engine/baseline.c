@@ -10,6 +10,7 @@
 #include "kernels/histogram.h"
 #include "kernels/isotonic.h"
 #include "kernels/ring_sort.h"
+#include "kernels/rods.h"
 #include "kernels/wave.h"
 
 #include <math.h>
@@ -22,16 +23,14 @@ void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks)
     const struct noise_key key = {.seed = 1};
     const struct wave wave = {1, 0};
     const double step = 1e-4, noise = 0.014142135623730951, force = 6 / 2.0 * 6.283185307179586;
-    double old[TILE]; /* the force acts at the old positions */
     struct noise source;
     _Alignas(ARENA_ALIGNMENT) unsigned char rows[NOISE_BYTES_MAX];
     struct arena scratch = {.bytes = rows};
     noise_layout(&source, n, &scratch);
     for (int64_t t = 0; t < ticks; t++) {
         for (int64_t start = 0; start < n; start += TILE) {
-            int64_t count = n - start < TILE ? n - start : TILE;
-            memcpy(old, y + start, (size_t)count * sizeof *old);
-            wave_add_sine(y + start, old, count, 0.5, &wave, step * force);
+            int64_t count = n - start < TILE ? arena_whole(n - start) : TILE;
+            wave_add_sine(y + start, y + start, count, 0.5, &wave, step * force);
         }
         noise_add(&source, &key, t, noise, y);
     }
@@ -70,8 +69,8 @@ static const struct {
     const char *name;
     unsigned features;
 } scenes[] = {
-    {"free", 0},          {"field", FIELD},     {"drag", DRAG},
-    {"sticky", STICKY},   {"density", DENSITY}, {"all", FIELD | DRAG | STICKY | DENSITY},
+    {"free", 0},        {"field", FIELD},     {"drag", DRAG},
+    {"sticky", STICKY}, {"density", DENSITY}, {"all", FIELD | DRAG | STICKY | DENSITY},
 };
 
 const char *bcd_baseline_name(size_t index, unsigned *features)
@@ -85,13 +84,13 @@ const char *bcd_baseline_name(size_t index, unsigned *features)
 static void lay_out(struct bcd_baseline *b)
 {
     const bool strang = b->method == BCD_BASELINE_STRANG;
-    const bool forces = (b->features & (FIELD | STICKY)) != 0;
-    const size_t rods = (size_t)b->n * sizeof(double);
+    const bool sticky = (b->features & STICKY) != 0;
+    const size_t rods = (size_t)arena_whole(b->n) * sizeof(double);
     struct arena *arena = &b->arena;
     arena->used = 0;
     noise_layout(&b->source, b->n, arena);
     b->y = arena_take(arena, rods);
-    b->other = strang || forces ? arena_take(arena, rods) : NULL;
+    b->other = strang || sticky ? arena_take(arena, rods) : NULL;
     b->blocks = !strang || b->features & (FIELD | STICKY)
                     ? arena_take(arena, isotonic_blocks(b->n) * sizeof *b->blocks)
                     : NULL;
@@ -178,12 +177,12 @@ INLINE void add_forces(const struct bcd_baseline *b, const double *y, double sca
 {
     const struct wave wave = {1, 0};
     if (features & FIELD)
-        wave_add_sine(out, y, b->n, diameter, &wave, scale * (amplitude / 2 * (2 * M_PI)));
+        wave_add_sine(out, y, arena_whole(b->n), diameter, &wave,
+                      scale * (amplitude / 2 * (2 * M_PI)));
     if (features & STICKY)
         add_attraction(b, y, scale, out);
     if (features & DRAG)
-        for (int64_t i = 0; i < b->n; i++)
-            out[i] += scale * drag_force;
+        rods_shift(out, scale * drag_force, arena_whole(b->n));
 }
 
 /* -------------------------------------------------------------------- loops */
@@ -202,9 +201,9 @@ INLINE void bcd_loop(struct bcd_baseline *b, int64_t ticks, const unsigned featu
     const struct noise_key key = {.seed = 1};
     for (int64_t t = 0; t < ticks; t++) {
         double *z = b->y;
-        if (features & (FIELD | STICKY)) {
+        if (features & STICKY) { /* pairs see the old positions */
             z = b->other;
-            memcpy(z, b->y, (size_t)b->n * sizeof *z);
+            memcpy(z, b->y, (size_t)arena_whole(b->n) * sizeof *z);
         }
         add_forces(b, b->y, b->step, z, features);
         noise_add(&b->source, &key, b->tick, b->noise, z);
@@ -222,18 +221,18 @@ INLINE void strang_drift(struct bcd_baseline *b, double *y, bool half, const uns
     const struct wave wave = {1, 0};
     const double time = half ? b->step / 2 : b->step;
     if (features & STICKY) {
-        memcpy(b->middle, y, (size_t)b->n * sizeof *y);
+        memcpy(b->middle, y, (size_t)arena_whole(b->n) * sizeof *y);
         add_forces(b, y, time / 2, b->middle, features);
         isotonic_ring(b->middle, b->n, b->ell, b->blocks);
         add_forces(b, b->middle, time, y, features);
     } else {
         const double drag = features & FIELD ? drag_force * time / 2 : drag_force * time;
-        for (int64_t i = 0; features & DRAG && i < b->n; i++)
-            y[i] += drag;
+        if (features & DRAG)
+            rods_shift(y, drag, arena_whole(b->n));
         if (features & FIELD)
-            wave_flow(y, b->n, diameter, &wave, half ? b->half_growth : b->growth);
-        for (int64_t i = 0; features & DRAG && features & FIELD && i < b->n; i++)
-            y[i] += drag;
+            wave_flow(y, arena_whole(b->n), diameter, &wave, half ? b->half_growth : b->growth);
+        if (features & DRAG && features & FIELD)
+            rods_shift(y, drag, arena_whole(b->n));
     }
     if (features & (FIELD | STICKY))
         isotonic_ring(y, b->n, b->ell, b->blocks);
@@ -247,12 +246,12 @@ INLINE void strang_look(struct bcd_baseline *b, const unsigned features)
         count_bins(b, b->y, b->counts, features);
         return;
     }
-    memcpy(b->view, b->y, (size_t)b->n * sizeof *b->view);
+    memcpy(b->view, b->y, (size_t)arena_whole(b->n) * sizeof *b->view);
     strang_drift(b, b->view, false, features);
     noise_add(&b->view_source, &key, b->tick, sqrt(b->step), b->view);
     ring_sort(b->view, b->n, b->ell, b->other);
     count_bins(b, b->view, b->counts, features);
-    memcpy(b->view, b->y, (size_t)b->n * sizeof *b->view);
+    memcpy(b->view, b->y, (size_t)arena_whole(b->n) * sizeof *b->view);
     strang_drift(b, b->view, true, features);
     count_bins(b, b->view, b->counts + BINS, features);
 }
@@ -260,9 +259,13 @@ INLINE void strang_look(struct bcd_baseline *b, const unsigned features)
 void bcd_baseline_positions(struct bcd_baseline *b, double *x)
 {
     const bool varies = (b->features & (FIELD | STICKY)) != 0;
-    memcpy(x, b->y, (size_t)b->n * sizeof *x);
-    if (b->method == BCD_BASELINE_STRANG && varies)
-        strang_drift(b, x, true, b->features);
+    const double *from = b->y;
+    if (b->method == BCD_BASELINE_STRANG && varies) {
+        memcpy(b->other, b->y, (size_t)arena_whole(b->n) * sizeof *b->other);
+        strang_drift(b, b->other, true, b->features);
+        from = b->other;
+    }
+    memcpy(x, from, (size_t)b->n * sizeof *x);
     for (int64_t i = 0; i < b->n; i++)
         x[i] += (double)i * diameter;
 }

@@ -373,7 +373,8 @@ enum bcd_status bcd_table_load(struct bcd_table **table, const void *bytes, size
 /* ---------------------------------------------------------------- baseline */
 
 /* What no method can do without: the noise of n rods and the force of a cosine potential, added to
- * y[n] for `ticks` steps, nothing resolved. Benchmarks give step costs as ratios to it. */
+ * y[n], which has room for 3 more, for `ticks` steps, nothing resolved. Benchmarks give step costs
+ * as ratios to it. */
 void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks);
 
 /* Hand-written loops of one reduced scene each: noise, the forces that the scene has, the method's

@@ -5,15 +5,15 @@
 #include "kernels/contact_forces.h"
 
 #include <math.h>
-#include <string.h>
 
 void bcd_step_layout(struct bcd_step *step, const struct plan *plan, bool start,
                      struct arena *scratch)
 {
-    size_t rods = (size_t)plan->particles * sizeof(double);
+    const bool ahead = plan->asks_contact_forces;
     proposal_layout(&step->proposal, plan, scratch);
-    step->start = start ? arena_take(scratch, rods) : NULL;
-    step->ahead = plan->asks_contact_forces ? arena_take(scratch, 2 * rods) : NULL;
+    step->start = start ? sim_take_rods(plan, scratch) : NULL;
+    step->ahead = ahead ? sim_take_rods(plan, scratch) : NULL;
+    step->resolved = ahead ? sim_take_rods(plan, scratch) : NULL;
 }
 
 struct step_limit bcd_time_step(const struct plan *plan)
@@ -33,12 +33,11 @@ struct step_limit bcd_time_step(const struct plan *plan)
 
 void bcd_step_advance(struct sim *sim, struct bcd_step *step, bcd_resolver *resolve, int64_t ticks)
 {
-    size_t rods = (size_t)sim->plan->particles * sizeof(double);
     for (int64_t t = 0; t < ticks; t++) {
-        memcpy(step->start, sim->y, rods);
-        double *z = proposal_euler(&step->proposal, sim);
-        resolve(sim, step->start, z);
-        proposal_accept(sim, z);
+        sim_copy_rods(sim->plan, step->start, sim->y);
+        proposal_euler(&step->proposal, sim);
+        resolve(sim, step->start, sim->y);
+        sim->clock->tick++;
     }
 }
 
@@ -48,14 +47,12 @@ void bcd_step_contact_forces(const struct sim *sim, struct bcd_step *step, bcd_r
                              double *force)
 {
     const struct plan *plan = sim->plan;
-    size_t rods = (size_t)plan->particles * sizeof(double);
-    double *resolved = step->ahead, *alone = step->ahead + plan->particles;
     struct sim next = *sim;
-    next.y = alone; /* displaced in place where the proposal has no memory of its own for it */
-    memcpy(alone, sim->y, rods);
-    double *z = proposal_euler(&step->proposal, &next);
-    memcpy(resolved, z, rods);
-    resolve(&next, sim->y, resolved);
+    next.y = step->ahead;
+    sim_copy_rods(plan, next.y, sim->y);
+    proposal_euler(&step->proposal, &next);
+    sim_copy_rods(plan, step->resolved, next.y);
+    resolve(&next, sim->y, step->resolved);
     const struct lane lane = bcd_lane(plan);
-    contact_forces(&lane, z, resolved, 1 / (plan->mobility * plan->time_step), force);
+    contact_forces(&lane, next.y, step->resolved, 1 / (plan->mobility * plan->time_step), force);
 }

@@ -17,8 +17,8 @@ typedef void bcd_resolver(struct sim *sim, const double *y, double *z);
 /* What a form needs beside its resolver: the first member of its work. */
 struct bcd_step {
     struct proposal proposal;
-    double *start; /* [N], where the rods were; of forms that ask for it */
-    double *ahead; /* [2 N], of runs that ask for contact forces: the next step, resolved and not */
+    double *start;            /* [N], where the rods were; of forms that ask for it */
+    double *ahead, *resolved; /* [N], of runs that ask for contact forces: the next step */
 };
 
 void bcd_step_layout(struct bcd_step *step, const struct plan *plan, bool start,

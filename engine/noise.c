@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * noise.c - see noise.h. */
 #include "noise.h"
+#include "kernels/rods.h"
 
 #include <math.h>
 
@@ -30,9 +31,8 @@ static void add_tick(struct noise *noise, const struct noise_key *key, int64_t t
         noise->realization = key->realization;
         row = 0;
     }
-    const double *normal = noise->rows + row * normals_stride(noise->n);
-    for (int64_t i = 0; i < noise->n; i++)
-        z[i] += scale * normal[i];
+    const int64_t stride = normals_stride(noise->n);
+    rods_add(z, noise->rows + row * stride, scale, stride);
 }
 
 void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,

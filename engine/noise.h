@@ -14,17 +14,18 @@ enum { NOISE_KEPT = 2048, NOISE_BYTES_MAX = NOISE_KEPT * 8 };
 
 struct noise {
     int64_t n;
-    double *rows;      /* NULL for large rings */
-    int64_t row_count; /* ticks that fit */
-    int64_t first;     /* tick of the first row */
+    double *rows;        /* NULL for large rings */
+    int64_t row_count;   /* ticks that fit */
+    int64_t first;       /* tick of the first row */
     int64_t realization; /* whose normals the rows hold; -1 = none yet */
 };
 
 /* Takes its memory; to be called again to hand it out (arena.h). */
 void noise_layout(struct noise *noise, int64_t n, struct arena *scratch);
 
-/* z[i] += scale * normal(tick, i), i = 0 .. n-1. key->doubled: of the step that ticks 2 tick and 2
- * tick + 1 make up, (normal(2 tick, i) + normal(2 tick + 1, i)) / sqrt 2: the same noise. */
+/* z[i] += scale * normal(tick, i), i = 0 .. n-1; z has room for arena_whole(n). key->doubled: of
+ * the step that ticks 2 tick and 2 tick + 1 make up, (normal(2 tick, i) + normal(2 tick + 1, i)) /
+ * sqrt 2: the same noise. */
 void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
                double *z);
 

@@ -37,15 +37,16 @@ struct potential_type {
     double (*period)(const void *par); /* > 0; INFINITY = has none: walls only */
     bool (*flat)(const void *par);         /* exerts no force: the scene leaves it out */
     double (*curvature_max)(const void *par); /* max |U''| */
-    /* out[i] += scale * F(x[i]), F = -U' */
+    /* out[i] += scale * F(x[i]), F = -U'; out may be rods->y itself */
     void (*add_force)(const void *par, const struct rods *rods, double scale, double *out);
     double (*energy_sum)(const void *par, const struct rods *rods); /* sum of U(x[i]) */
     /* energy[i] = U(x[i]) at time 0, i < n, bit for bit what energy_sum gives for one rod; NULL =
      * that is asked. */
     void (*energies)(const void *par, const double *x, int n, double *energy);
-    /* y[i] follow dx/dt = mu F(x) exactly for a duration, F as it is at `time`; NULL = not known.
-     * */
-    void (*flow)(const void *par, const struct plan *plan, double time, double duration, double *y);
+    /* y, which is rods->y, follow dx/dt = mu F(x) exactly for a duration, F as it is at rods->time.
+     * growth: what flow_growth makes of the duration, once for many flows. NULL = not known. */
+    void (*flow)(const void *par, const struct rods *rods, double growth, double *y);
+    double (*flow_growth)(const void *par, double mobility, double duration);
     bool (*steady)(const void *par); /* does not depend on time: there is an equilibrium */
     double (*velocity)(const void *par); /* of the whole pattern; NULL = at rest */
     bool (*rough)(const void *par); /* smooth only in pieces; NULL = smooth everywhere */

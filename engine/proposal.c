@@ -2,23 +2,24 @@
  * proposal.c - see proposal.h. */
 #include "proposal.h"
 #include "part.h"
+#include "kernels/rods.h"
 
+#include <assert.h>
 #include <math.h>
-#include <string.h>
 
 void proposal_layout(struct proposal *proposal, const struct plan *plan, struct arena *scratch)
 {
     noise_layout(&proposal->noise, plan->particles, scratch);
-    proposal->z = NULL; /* without forces rods are displaced in place */
-    if (plan->field || plan->pair)
-        proposal->z = arena_take(scratch, (size_t)plan->particles * sizeof *proposal->z);
+    proposal->old = plan->pair ? sim_take_rods(plan, scratch) : NULL;
 }
 
 void proposal_add_forces(const struct sim *sim, const double *y, double scale, double *out)
 {
     const struct plan *plan = sim->plan;
+    const int64_t whole = arena_whole(plan->particles);
+    assert(!plan->pair || y != out);
     if (plan->field) {
-        struct rods rods = {y, plan->particles, plan->diameter, sim_time(sim)};
+        struct rods rods = {y, whole, plan->diameter, sim_time(sim)};
         plan->potential->add_force(plan->potential_par, &rods, scale, out);
     }
     if (plan->pair) {
@@ -31,29 +32,20 @@ void proposal_add_forces(const struct sim *sim, const double *y, double scale, d
         plan->pair->add_force(plan->pair_par, &ring, scale, out);
     }
     if (plan->force != 0)
-        for (int64_t i = 0; i < plan->particles; i++)
-            out[i] += scale * plan->force;
+        rods_shift(out, scale * plan->force, whole);
 }
 
-double *proposal_euler(struct proposal *proposal, struct sim *sim)
+void proposal_euler(struct proposal *proposal, struct sim *sim)
 {
     const struct plan *plan = sim->plan;
     const double drift = plan->mobility * plan->time_step;
     const double noise = sqrt(2 * plan->diffusion * plan->time_step);
-    double *z = sim->y;
-    if (plan->field || plan->pair) {
-        z = proposal->z;
-        memcpy(z, sim->y, (size_t)plan->particles * sizeof *z);
+    const double *at = sim->y;
+    if (plan->pair) {
+        sim_copy_rods(plan, proposal->old, sim->y);
+        at = proposal->old;
     }
-    proposal_add_forces(sim, sim->y, drift, z);
+    proposal_add_forces(sim, at, drift, sim->y);
     if (noise > 0)
-        noise_add(&proposal->noise, &sim->noise, sim->clock->tick, noise, z);
-    return z;
-}
-
-void proposal_accept(struct sim *sim, const double *z)
-{
-    if (z != sim->y)
-        memcpy(sim->y, z, (size_t)sim->plan->particles * sizeof *z);
-    sim->clock->tick++;
+        noise_add(&proposal->noise, &sim->noise, sim->clock->tick, noise, sim->y);
 }

@@ -12,7 +12,7 @@ void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept)
 {
     sim->plan = plan;
     sim->clock = arena_take(kept, sizeof *sim->clock);
-    sim->y = arena_take(kept, (size_t)plan->particles * sizeof *sim->y);
+    sim->y = sim_take_rods(plan, kept);
 }
 
 /* The uniform numbers in (0, 1) of a realization's initial configuration, one after another. */

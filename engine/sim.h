@@ -13,6 +13,8 @@
 #include "plan.h"
 #include "kernels/normals.h"
 
+#include <string.h>
+
 struct sim_clock {
     int64_t tick;  /* steps since the initial configuration */
     int64_t turns; /* y was moved back by turns * L to keep its digits; x = y + i sigma + turns L */
@@ -20,7 +22,7 @@ struct sim_clock {
 
 struct sim {
     const struct plan *plan; /* the scene's, or in a second pass that of twice its time step */
-    double *y;               /* [N], kept in checkpoints */
+    double *y;               /* [N], kept in checkpoints; room for arena_whole(N) */
     const double *seen;      /* [N], what static observables look at: y, or a method's view */
     struct sim_clock *clock; /* kept in checkpoints */
     void *work;              /* the method's scratch */
@@ -47,6 +49,17 @@ static inline double sim_time(const struct sim *sim)
 static inline int64_t sim_measured(const struct sim *sim)
 {
     return sim->clock->tick - sim->plan->equilibration_steps;
+}
+
+/* A number for each rod, and how to copy them: with the room behind them (arena_whole). */
+static inline double *sim_take_rods(const struct plan *plan, struct arena *arena)
+{
+    return arena_take(arena, (size_t)arena_whole(plan->particles) * sizeof(double));
+}
+
+static inline void sim_copy_rods(const struct plan *plan, double *to, const double *from)
+{
+    memcpy(to, from, (size_t)arena_whole(plan->particles) * sizeof *to);
 }
 
 void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept);

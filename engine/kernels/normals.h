@@ -30,8 +30,7 @@ static inline int64_t normals_stride(int64_t n)
 {
     return (n + 3) / 4 * 4;
 }
-void normals_rows(double *out, int64_t n, int64_t rows, const struct noise_key *key,
-                  int64_t first);
+void normals_rows(double *out, int64_t n, int64_t rows, const struct noise_key *key, int64_t first);
 
 /* words[4 * j + w] = word w of the Philox block of counter {first + j, ...}, j = 0 .. blocks-1. */
 void philox_words(uint32_t *words, int64_t first, int64_t blocks, const struct noise_key *key,

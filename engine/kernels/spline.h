@@ -38,7 +38,7 @@ struct spline_points {
     double diameter;
 };
 
-/* out[i] += scale * first derivative at x[i]. */
+/* out[i] += scale * first derivative at x[i]; out may be y. */
 void spline_add_slope(const struct spline *spline, const struct spline_points *points, double scale,
                       double *out);
 

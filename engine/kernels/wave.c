@@ -16,6 +16,7 @@ void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
         double base = (double)start;
         const double *from = y + start;
         double *to = out + start;
+#pragma GCC ivdep
         for (int j = 0; j < count; j++) {
             double x = from[j] + (base + (double)j) * diameter;
             to[j] += scale * sin_turns(x * k + phase);

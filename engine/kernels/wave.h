@@ -12,7 +12,7 @@ struct wave {
     double inverse_wavelength, phase;
 };
 
-/* out[i] += scale * sin(2 pi turns(x_i)), i = 0 .. n-1. */
+/* out[i] += scale * sin(2 pi turns(x_i)), i = 0 .. n-1; out may be y. */
 void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
                    const struct wave *wave, double scale);
 

@@ -19,8 +19,7 @@ static void bcd_layout(struct sim *sim, struct arena *kept, struct arena *scratc
     struct bcd_work work, *own = arena_take(scratch, sizeof *own);
     (void)kept;
     bcd_step_layout(&work.step, sim->plan, false, scratch);
-    work.blocks =
-        arena_take(scratch, isotonic_blocks(sim->plan->particles) * sizeof *work.blocks);
+    work.blocks = arena_take(scratch, isotonic_blocks(sim->plan->particles) * sizeof *work.blocks);
     if (own)
         *own = work;
     sim->work = own;
@@ -30,9 +29,9 @@ static void bcd_advance(struct sim *sim, int64_t ticks)
 {
     struct bcd_work *work = sim->work;
     for (int64_t t = 0; t < ticks; t++) {
-        double *z = proposal_euler(&work->step.proposal, sim);
-        resolve_sticking(sim->plan, z, work->blocks);
-        proposal_accept(sim, z);
+        proposal_euler(&work->step.proposal, sim);
+        resolve_sticking(sim->plan, sim->y, work->blocks);
+        sim->clock->tick++;
     }
 }
 

@@ -52,9 +52,9 @@ static void elastic_advance(struct sim *sim, int64_t ticks)
 {
     struct elastic_work *work = sim->work;
     for (int64_t t = 0; t < ticks; t++) {
-        double *z = proposal_euler(&work->proposal, sim);
-        resolve_reflecting(sim->plan, z, work->scratch);
-        proposal_accept(sim, z);
+        proposal_euler(&work->proposal, sim);
+        resolve_reflecting(sim->plan, sim->y, work->scratch);
+        sim->clock->tick++;
     }
 }
 

@@ -16,12 +16,13 @@
 #include "proposal.h"
 #include "step_limit.h"
 #include "kernels/ring_sort_marked.h"
+#include "kernels/rods.h"
 
 #include <math.h>
 
 struct lm_work {
     struct noise noise;
-    double *kick; /* [N], sqrt(2 D h) R / 2; kept in checkpoints */
+    double *kick;    /* [N], sqrt(2 D h) R / 2; kept in checkpoints */
     double *scratch; /* [2 N] */
 };
 
@@ -48,8 +49,7 @@ static struct step_limit lm_time_step(const struct plan *plan)
     double gap = plan->free_length / (double)plan->particles;
     double share = gap < 0.1 * plan->period ? 0.2 : 0.4;
     double scale = tolerance_share(plan, 1.5);
-    step_limit_rates(&limit, plan, fmin(stable, share * scale),
-                     fmin(stable, 0.25 * scale));
+    step_limit_rates(&limit, plan, fmin(stable, share * scale), fmin(stable, 0.25 * scale));
     return limit;
 }
 
@@ -68,7 +68,7 @@ static void lm_layout(struct sim *sim, struct arena *kept, struct arena *scratch
     struct lm_work work, *own = arena_take(scratch, sizeof *own);
     size_t n = (size_t)sim->plan->particles;
     noise_layout(&work.noise, sim->plan->particles, scratch);
-    work.kick = arena_take(kept, n * sizeof *work.kick);
+    work.kick = sim_take_rods(sim->plan, kept);
     work.scratch = arena_take(scratch, 2 * n * sizeof *work.scratch);
     if (own)
         *own = work;
@@ -97,19 +97,14 @@ static void lm_advance(struct sim *sim, int64_t ticks)
 {
     const struct plan *plan = sim->plan;
     struct lm_work *work = sim->work;
-    const int64_t n = plan->particles;
+    const int64_t whole = arena_whole(plan->particles);
     const double drift = plan->mobility * plan->time_step, noise = half_noise(plan);
-    double *restrict y = sim->y, *restrict kick = work->kick;
-    const struct marked_rods rods = {sim->y, work->kick, n, work->scratch};
+    const struct marked_rods rods = {sim->y, work->kick, plan->particles, work->scratch};
     for (int64_t t = 0; t < ticks; t++) {
         proposal_add_forces(sim, sim->y, drift, work->kick);
-        for (int64_t i = 0; i < n; i++) {
-            y[i] += kick[i];
-            kick[i] = 0;
-        }
+        rods_take(sim->y, work->kick, whole);
         noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->kick);
-        for (int64_t i = 0; i < n; i++)
-            y[i] += kick[i];
+        rods_add(sim->y, work->kick, 1, whole);
         collide(plan, &rods);
         sim->clock->tick++;
     }

@@ -70,13 +70,13 @@ static void metropolis_layout(struct sim *sim, struct arena *kept, struct arena 
     const int64_t n = sim->plan->particles;
     (void)kept;
     noise_layout(&work.noise, n, scratch);
-    work.jump = arena_take(scratch, (size_t)n * sizeof *work.jump);
+    work.jump = sim_take_rods(sim->plan, scratch);
     int64_t blocks = normals_stride(n) / 4;
     work.lots = (struct lots){.span = blocks < BLOCKS_AT_ONCE ? BLOCKS_AT_ONCE / blocks : 1,
                               .row = 4 * blocks,
                               .batch = -1};
-    work.lots.words = arena_take(scratch, (size_t)(work.lots.span * work.lots.row) *
-                                              sizeof *work.lots.words);
+    work.lots.words =
+        arena_take(scratch, (size_t)(work.lots.span * work.lots.row) * sizeof *work.lots.words);
     if (own)
         *own = work;
     sim->work = own;
@@ -177,11 +177,11 @@ static void metropolis_advance(struct sim *sim, int64_t ticks)
 {
     const struct plan *plan = sim->plan;
     struct metropolis_work *work = sim->work;
-    const int64_t n = plan->particles;
+    const int64_t n = plan->particles, whole = arena_whole(n);
     const double noise = sqrt(2 * plan->diffusion * plan->time_step);
     const bool costs = plan->field || plan->pair || plan->force != 0;
     for (int64_t t = 0; t < ticks; t++) {
-        for (int64_t i = 0; i < n; i++)
+        for (int64_t i = 0; i < whole; i++)
             work->jump[i] = 0;
         noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->jump);
         const uint32_t *lots = costs ? lots_now(sim) : NULL;

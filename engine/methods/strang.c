@@ -14,9 +14,9 @@
 #include "proposal.h"
 #include "resolve.h"
 #include "step_limit.h"
+#include "kernels/rods.h"
 
 #include <math.h>
-#include <string.h>
 
 struct strang_work {
     struct noise noise, view_noise;
@@ -39,11 +39,6 @@ static bool strang_exact(const struct plan *plan, bool dynamic)
     return moves_freely(plan) && plan->diffusion > 0;
 }
 
-static double *take_rods(const struct sim *sim, struct arena *scratch)
-{
-    return arena_take(scratch, (size_t)sim->plan->particles * sizeof(double));
-}
-
 /* No exact flow is known. */
 static bool needs_midpoint(const struct plan *plan)
 {
@@ -55,21 +50,35 @@ static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scr
     const struct plan *plan = sim->plan;
     struct strang_work work = {0}, *own = arena_take(scratch, sizeof *own);
     (void)kept;
-    int64_t n = sim->plan->particles;
+    int64_t n = plan->particles;
     noise_layout(&work.noise, n, scratch);
-    work.scratch = take_rods(sim, scratch);
+    work.scratch = sim_take_rods(plan, scratch);
     /* What follows is for those scenes only that have it. */
     if (plan->field || plan->pair || (plan->force != 0 && plan->walls))
         work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     if (needs_midpoint(plan))
-        work.middle = take_rods(sim, scratch);
+        work.middle = sim_take_rods(plan, scratch);
     if (plan->looks_inside && !strang_exact(plan, false)) {
         noise_layout(&work.view_noise, n, scratch);
-        work.view = take_rods(sim, scratch);
+        work.view = sim_take_rods(plan, scratch);
     }
     if (own)
         *own = work;
     sim->work = own;
+}
+
+/* A drift of that length, and what the potential's flow makes of it. */
+struct strang_drift {
+    double time, growth;
+};
+
+static struct strang_drift drift_of(const struct plan *plan, double time)
+{
+    const bool flows = plan->field && !needs_midpoint(plan);
+    double growth = 1;
+    if (flows)
+        growth = plan->potential->flow_growth(plan->potential_par, plan->mobility, time);
+    return (struct strang_drift){time, growth};
 }
 
 /* Explicit midpoint, order 2: for interactions, and potentials without a known flow. */
@@ -77,43 +86,44 @@ static void flow_midpoint(const struct sim *sim, double time, double *y)
 {
     const struct plan *plan = sim->plan;
     struct strang_work *work = sim->work;
-    size_t bytes = (size_t)plan->particles * sizeof *y;
-    memcpy(work->middle, y, bytes);
+    sim_copy_rods(plan, work->middle, y);
     proposal_add_forces(sim, y, plan->mobility * time / 2, work->middle);
     /* Forces push rods of a cluster into each other: half way they are in order again. */
     resolve_sticking(plan, work->middle, work->blocks);
     proposal_add_forces(sim, work->middle, plan->mobility * time, y);
 }
 
-static void shift(double *y, int64_t count, double by)
+static void shift(const struct plan *plan, double *y, double by)
 {
-    for (int64_t i = 0; by != 0 && i < count; i++)
-        y[i] += by;
+    if (by != 0)
+        rods_shift(y, by, arena_whole(plan->particles));
 }
 
 /* Exact flow in the field, between two halves of what the drag does. */
-static void flow_exact(const struct sim *sim, double time, double *y)
+static void flow_exact(const struct sim *sim, const struct strang_drift *over, double *y)
 {
     const struct plan *plan = sim->plan;
-    const double dragged = plan->mobility * plan->force * time;
+    const double dragged = plan->mobility * plan->force * over->time;
     if (!plan->field) {
-        shift(y, plan->particles, dragged);
+        shift(plan, y, dragged);
         return;
     }
-    shift(y, plan->particles, dragged / 2);
-    plan->potential->flow(plan->potential_par, plan, sim_time(sim) + time / 2, time, y);
-    shift(y, plan->particles, dragged / 2);
+    const struct rods rods = {y, arena_whole(plan->particles), plan->diameter,
+                              sim_time(sim) + over->time / 2};
+    shift(plan, y, dragged / 2);
+    plan->potential->flow(plan->potential_par, &rods, over->growth, y);
+    shift(plan, y, dragged / 2);
 }
 
-/* The constrained deterministic flow over `time`. */
-static void drift(const struct sim *sim, double time, double *y)
+/* The constrained deterministic flow. */
+static void drift(const struct sim *sim, const struct strang_drift *over, double *y)
 {
     const struct plan *plan = sim->plan;
     struct strang_work *work = sim->work;
     if (needs_midpoint(plan))
-        flow_midpoint(sim, time, y);
+        flow_midpoint(sim, over->time, y);
     else if (plan->field || plan->force != 0)
-        flow_exact(sim, time, y);
+        flow_exact(sim, over, y);
     bool ordered = !plan->pair && !plan->field && (plan->force == 0 || !plan->walls);
     if (ordered) /* the same shift for all */
         return;
@@ -124,9 +134,10 @@ static void strang_advance(struct sim *sim, int64_t ticks)
 {
     const struct plan *plan = sim->plan;
     struct strang_work *work = sim->work;
+    const struct strang_drift whole = drift_of(plan, plan->time_step);
     const double noise = sqrt(2 * plan->diffusion * plan->time_step);
     for (int64_t t = 0; t < ticks; t++) {
-        drift(sim, plan->time_step, sim->y);
+        drift(sim, &whole, sim->y);
         if (noise > 0) {
             noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, sim->y);
             resolve_reflecting(plan, sim->y, work->scratch);
@@ -141,8 +152,10 @@ static const double *strang_view(struct sim *sim, enum view view)
 {
     const struct plan *plan = sim->plan;
     struct strang_work *work = sim->work;
-    memcpy(work->view, sim->y, (size_t)plan->particles * sizeof *work->view);
-    drift(sim, view == VIEW_MID_DRIFT ? plan->time_step / 2 : plan->time_step, work->view);
+    const struct strang_drift over =
+        drift_of(plan, view == VIEW_MID_DRIFT ? plan->time_step / 2 : plan->time_step);
+    sim_copy_rods(plan, work->view, sim->y);
+    drift(sim, &over, work->view);
     if (view == VIEW_MID_DRIFT || plan->diffusion == 0)
         return work->view;
     struct noise_key key = sim->noise;

@@ -75,11 +75,6 @@ static struct step_limit bonds_time_step(const struct plan *plan)
     return limit;
 }
 
-static double *take_rods(const struct sim *sim, struct arena *scratch)
-{
-    return arena_take(scratch, (size_t)sim->plan->particles * sizeof(double));
-}
-
 static void bonds_layout(struct sim *sim, struct arena *kept, struct arena *scratch)
 {
     struct bonds_work work, *own = arena_take(scratch, sizeof *own);
@@ -88,14 +83,14 @@ static void bonds_layout(struct sim *sim, struct arena *kept, struct arena *scra
     noise_layout(&work.noise, n, scratch);
     work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     work.space.clusters = arena_take(scratch, rods * sizeof *work.space.clusters);
-    work.space.due = take_rods(sim, scratch);
+    work.space.due = sim_take_rods(sim->plan, scratch);
     work.space.heap = arena_take(scratch, (rods + 1) * sizeof *work.space.heap);
     work.space.queued = arena_take(scratch, rods * sizeof *work.space.queued);
-    work.middle = take_rods(sim, scratch);
-    work.back = take_rods(sim, scratch);
-    work.drift = take_rods(sim, scratch);
-    work.velocity = take_rods(sim, scratch);
-    work.half = take_rods(sim, scratch);
+    work.middle = sim_take_rods(sim->plan, scratch);
+    work.back = sim_take_rods(sim->plan, scratch);
+    work.drift = sim_take_rods(sim->plan, scratch);
+    work.velocity = sim_take_rods(sim->plan, scratch);
+    work.half = sim_take_rods(sim->plan, scratch);
     work.bonded = arena_take(kept, rods);
     if (own)
         *own = work;
@@ -127,11 +122,14 @@ static struct bond_ring ring_of(const struct plan *plan, const struct bonds_stat
 static void flow_exact(const struct plan *plan, double at, double time, double *y)
 {
     const double half = plan->mobility * plan->force * time / 2;
+    const struct rods rods = {y, plan->particles, plan->diameter, at};
     if (half != 0)
         for (int64_t i = 0; i < plan->particles; i++)
             y[i] += half;
     if (plan->field)
-        plan->potential->flow(plan->potential_par, plan, at, time, y);
+        plan->potential->flow(
+            plan->potential_par, &rods,
+            plan->potential->flow_growth(plan->potential_par, plan->mobility, time), y);
     if (half != 0)
         for (int64_t i = 0; i < plan->particles; i++)
             y[i] += half;

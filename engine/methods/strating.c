@@ -53,13 +53,13 @@ static void strating_advance(struct sim *sim, int64_t ticks)
     const struct plan *plan = sim->plan;
     struct strating_work *work = sim->work;
     for (int64_t t = 0; t < ticks; t++) {
-        double *z = proposal_euler(&work->proposal, sim);
+        proposal_euler(&work->proposal, sim);
         if (plan->walls)
-            sweep_walls(z, plan->particles, plan->low, plan->low + plan->free_length,
+            sweep_walls(sim->y, plan->particles, plan->low, plan->low + plan->free_length,
                         work->scratch);
         else
-            sweep_ring(z, plan->particles, plan->free_length, work->scratch);
-        proposal_accept(sim, z);
+            sweep_ring(sim->y, plan->particles, plan->free_length, work->scratch);
+        sim->clock->tick++;
     }
 }
 

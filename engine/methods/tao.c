@@ -28,9 +28,9 @@ enum { REDRAWS_MAX = 16, DRAWS_AT_ONCE = 64 };
 /* Times count from 0 to 1 within a step. */
 struct tao_work {
     struct noise noise;
-    double *drift; /* [N], mu F h */
-    double *pace;  /* [N], displacement in a whole step at the present velocity */
-    double *since; /* [N], time at which y is meant: of the rod's last contact */
+    double *drift;   /* [N], mu F h */
+    double *pace;    /* [N], displacement in a whole step at the present velocity */
+    double *since;   /* [N], time at which y is meant: of the rod's last contact */
     double *scratch; /* [N] */
     int8_t *redraws; /* [pairs], contacts in this step */
     struct contact_queue queue;
@@ -64,9 +64,9 @@ static void tao_layout(struct sim *sim, struct arena *kept, struct arena *scratc
     size_t n = (size_t)sim->plan->particles, pairs = (size_t)pairs_of(sim->plan);
     (void)kept;
     noise_layout(&work.noise, sim->plan->particles, scratch);
-    work.drift = arena_take(scratch, n * sizeof *work.drift);
-    work.pace = arena_take(scratch, n * sizeof *work.pace);
-    work.since = arena_take(scratch, n * sizeof *work.since);
+    work.drift = sim_take_rods(sim->plan, scratch);
+    work.pace = sim_take_rods(sim->plan, scratch);
+    work.since = sim_take_rods(sim->plan, scratch);
     work.scratch = arena_take(scratch, n * sizeof *work.scratch);
     work.redraws = arena_take(scratch, pairs * sizeof *work.redraws);
     work.queue.time = arena_take(scratch, pairs * sizeof *work.queue.time);
@@ -196,15 +196,14 @@ static void tao_advance(struct sim *sim, int64_t ticks)
 {
     const struct plan *plan = sim->plan;
     struct tao_work *work = sim->work;
-    const int64_t n = plan->particles;
+    const int64_t n = plan->particles, whole = arena_whole(n);
     const double noise = sqrt(2 * plan->diffusion * plan->time_step);
     const bool meets = plan->free_length > 0 && (n > 1 || plan->walls);
     for (int64_t t = 0; t < ticks; t++) {
-        for (int64_t i = 0; i < n; i++)
+        for (int64_t i = 0; i < whole; i++)
             work->drift[i] = work->since[i] = 0;
         proposal_add_forces(sim, sim->y, plan->mobility * plan->time_step, work->drift);
-        for (int64_t i = 0; i < n; i++)
-            work->pace[i] = work->drift[i];
+        sim_copy_rods(plan, work->pace, work->drift);
         noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->pace);
         if (meets)
             follow_contacts(sim);

@@ -11,6 +11,8 @@
 
 struct cosine_par {
     double amplitude, wavelength, phase, velocity;
+    struct wave still; /* at time 0, for ever when it stands */
+    double steepest;   /* U0/2 k */
 };
 
 static const struct bcd_param cosine_params[] = {
@@ -86,23 +88,36 @@ static struct wave wave_at(const struct cosine_par *par, double time)
     return (struct wave){1 / par->wavelength, turns - floor(turns)};
 }
 
+static void cosine_complete(struct bcd_group *group, const struct plan *plan,
+                            struct bcd_errors *errors)
+{
+    (void)plan;
+    (void)errors;
+    struct cosine_par *p = group->values;
+    p->still = wave_at(p, 0);
+    p->steepest = p->amplitude / 2 * wave_number(p);
+}
+
 static void cosine_add_force(const void *par, const struct rods *rods, double scale, double *out)
 {
     const struct cosine_par *p = par;
-    struct wave wave = wave_at(p, rods->time);
-    wave_add_sine(out, rods->y, rods->count, rods->diameter, &wave,
-                  scale * (p->amplitude / 2 * wave_number(p)));
+    const struct wave wave = p->velocity == 0 ? p->still : wave_at(p, rods->time);
+    wave_add_sine(out, rods->y, rods->count, rods->diameter, &wave, scale * p->steepest);
 }
 
 /* E = exp(k t), k = mu (U0/2) (2 pi/lambda)^2; beyond e^500 every rod has long arrived. */
-static void cosine_flow(const void *par, const struct plan *plan, double time, double duration,
-                        double *y)
+static double cosine_flow_growth(const void *par, double mobility, double duration)
 {
     const struct cosine_par *p = par;
-    struct wave wave = wave_at(p, time);
-    double rate = plan->mobility * p->amplitude / 2 * wave_number(p) * wave_number(p);
-    double growth = exp_bounded(fmax(-500, fmin(500, rate * duration)));
-    wave_flow(y, plan->particles, plan->diameter, &wave, growth);
+    double rate = mobility * p->amplitude / 2 * wave_number(p) * wave_number(p);
+    return exp_bounded(fmax(-500, fmin(500, rate * duration)));
+}
+
+static void cosine_flow(const void *par, const struct rods *rods, double growth, double *y)
+{
+    const struct cosine_par *p = par;
+    const struct wave wave = p->velocity == 0 ? p->still : wave_at(p, rods->time);
+    wave_flow(y, rods->count, rods->diameter, &wave, growth);
 }
 
 static double cosine_energy_sum(const void *par, const struct rods *rods)
@@ -125,11 +140,13 @@ const struct potential_type potential_cosine = {
     .base = {.part = {.name = "cosine",
                       .doc = "U(x) = U0/2 cos(2 pi (x - v t)/lambda + phase)",
                       .params = cosine_params},
-             .par_size = sizeof(struct cosine_par)},
+             .par_size = sizeof(struct cosine_par),
+             .complete = cosine_complete},
     .period = cosine_period,
     .flat = cosine_flat,
     .curvature_max = cosine_curvature_max,
     .flow = cosine_flow,
+    .flow_growth = cosine_flow_growth,
     .add_force = cosine_add_force,
     .energy_sum = cosine_energy_sum,
     .energies = cosine_energies,

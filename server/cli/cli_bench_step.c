@@ -138,9 +138,10 @@ static enum bench_outcome measure(const struct bcd_scene *scene, const struct be
                                   const struct bench_effort *effort, struct bench_step *result)
 {
     const double n = (double)which->particles;
-    struct floor_work least = {calloc((size_t)which->particles, sizeof(double)), which->particles};
+    struct floor_work least = {.n = which->particles};
     struct bcd_run *run = NULL;
     enum bench_outcome outcome = BENCH_FAILED;
+    least.y = calloc((size_t)which->particles + 3, sizeof *least.y); /* bcd.h: room for 3 more */
     if (!least.y)
         return outcome;
     advance_floor(&least, 1); /* its memory is there from now on */

@@ -104,7 +104,7 @@ static double bytes_per_rod(size_t which, bool strang, const char *asks)
     return (bytes[1] - bytes[0]) / 10240;
 }
 
-/* bcd: y, half a block of 40 bytes, the displaced rods where forces need both. strang: y and the
+/* bcd: y, half a block of 40 bytes, where rods were as far as pairs need it. strang: y and the
  * sort's scratch; half a block where a drift varies in space, half way where no exact flow is
  * known, the view where density is asked for and not exact anyway. Nothing else grows with the
  * rods. */
@@ -114,9 +114,9 @@ static void test_memory(void **state)
     unsigned features;
     for (size_t s = 0; bcd_baseline_name(s, &features); s++) {
         bool varies = features & (BCD_BASELINE_FIELD | BCD_BASELINE_STICKY);
-        double drift = varies ? 20 : 0, displaced = varies ? 8 : 0, view = varies ? 8 : 0;
-        double middle = features & BCD_BASELINE_STICKY ? 8 : 0;
-        assert_true(bytes_per_rod(s, false, ASKS_DENSITY) == 8 + displaced + 20);
+        double drift = varies ? 20 : 0, view = varies ? 8 : 0;
+        double middle = features & BCD_BASELINE_STICKY ? 8 : 0, old = middle;
+        assert_true(bytes_per_rod(s, false, ASKS_DENSITY) == 8 + old + 20);
         assert_true(bytes_per_rod(s, true, ASKS_DENSITY) == 8 + 8 + drift + middle + view);
         assert_true(bytes_per_rod(s, true, ASKS_CURRENT) == 8 + 8 + drift + middle);
     }
