@@ -136,16 +136,18 @@ const char *bcd_group_text(const struct bcd_group *group, const struct bcd_param
 /* ------------------------------------------------------------------- scene */
 
 /* What kinds of parts a scene is put together from; the job's key of each kind is
- * bcd_slot_key(slot). A slot with `many` holds an object of parts by name ("observables"), the
- * others one part chosen by its "type" ("potential"). */
+ * bcd_slot_key(slot). A slot with `many` holds an object of parts by name ("observables"), one that
+ * is `typed` one part chosen by its "type" ("potential"), the others the only part there is. */
 enum bcd_slot {
     BCD_SLOT_POTENTIAL,
     BCD_SLOT_INTERACTION,
     BCD_SLOT_OBSERVABLE,
+    BCD_SLOT_TARGET,
     BCD_SLOT_COUNT
 };
 const char *bcd_slot_key(enum bcd_slot slot);
 bool bcd_slot_many(enum bcd_slot slot);
+bool bcd_slot_typed(enum bcd_slot slot);
 
 /* The catalogue: name, documentation and rows of the index-th part of a kind; NULL past the last.
  * Methods are chosen by the job's "method" and have no parameters of their own. */
@@ -211,8 +213,8 @@ const struct bcd_fact *bcd_scene_fact(const struct bcd_scene *scene, size_t inde
  * is a parameter like any other. Writes at most `size` bytes, returns the length. */
 size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size);
 
-/* The same without how many realizations there are, only whether more than one: jobs with equal
- * bytes run the same realizations in the same chunks, one of them more of them than another. */
+/* The same without target and number of realizations, only whether there is more than one: jobs
+ * with equal bytes run the same realizations in the same chunks, one of them more than another. */
 size_t bcd_scene_encode_family(const struct bcd_scene *scene, void *bytes, size_t size);
 
 /* The job's size before it runs. core_seconds is a rough figure for one core. */
@@ -292,6 +294,38 @@ size_t bcd_tally_size(const struct bcd_tally *tally);
 void bcd_tally_save(const struct bcd_tally *tally, void *bytes);
 enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, size_t size,
                                   struct bcd_error *error);
+
+/* ------------------------------------------------------------------ target */
+
+/* A job with a target runs only as many of its chunks as it takes. They are looked at at milestones
+ * that depend on the job alone, about half as many again each time: the first milestone after
+ * `chunks` chunks, in chunks; all of them for a job without target. */
+int64_t bcd_scene_goal(const struct bcd_scene *scene, int64_t chunks);
+
+/* Why no more chunks are run. */
+enum bcd_stop {
+    BCD_STOP_NOT,          /* more are: up to the next milestone */
+    BCD_STOP_ALL,          /* the job has no target */
+    BCD_STOP_TARGET,       /* the observable is known well enough */
+    BCD_STOP_REALIZATIONS, /* those are all that there may be */
+    BCD_STOP_ROD_STEPS,    /* more would cost more than the target allows */
+    BCD_STOP_TIME_STEP,    /* the error of the time step alone is larger, beyond doubt */
+};
+const char *bcd_stop_name(enum bcd_stop stop);
+
+/* What the first milestones' chunks, merged, say about the target. Errors are shares of the value.
+ * Of several rows: the root of the sum of squares of the errors over that of the values; where
+ * values spread over decades (log_y), the root mean square of the rows' shares. Rows without value
+ * or error bar do not count. NaN: there is nothing yet. */
+struct bcd_verdict {
+    enum bcd_stop stop;
+    int64_t realizations;          /* that there are */
+    double error;                  /* both, in quadrature */
+    double statistical, time_step; /* without estimate of the latter: 0 */
+    double expected;               /* realizations that it will probably take in all */
+};
+enum bcd_status bcd_tally_judge(const struct bcd_tally *tally, const struct bcd_scene *scene,
+                                struct bcd_verdict *verdict);
 
 /* ------------------------------------------------------------------ theory */
 

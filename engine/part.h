@@ -183,6 +183,7 @@ struct observable_type {
     double (*time_step_max)(const void *par, const struct plan *plan);
     const char *value; /* name of the column of measured values */
     const char *no_time_step_error; /* why it makes no sense here; NULL = it does */
+    const char *no_error_bar;       /* why it has none over realizations; NULL = it has */
     bool dynamic;        /* depends on how rods move, not only on where they are */
     bool contact_forces; /* asks the method for contact forces */
     bool mid_drift;      /* looks at the rods there: paths without the noise of half a step */

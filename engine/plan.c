@@ -10,6 +10,7 @@
 #include "plan_step.h"
 #include "step_error.h"
 #include "step_limit.h"
+#include "target.h"
 #include "theory/sampler.h"
 
 #include <math.h>
@@ -352,6 +353,7 @@ static void plan_chunks(struct plan *plan)
 
 void plan_make(struct bcd_scene *scene, struct bcd_scene_cache *cache, struct bcd_errors *errors)
 {
+    target_complete(scene, errors);
     plan_geometry(scene, errors);
     plan_field(scene, cache, errors);
     plan_pair(scene, cache, errors);
@@ -367,6 +369,7 @@ void plan_make(struct bcd_scene *scene, struct bcd_scene_cache *cache, struct bc
     plan_sampling(scene, errors);
     plan_initial(scene, errors);
     plan_pairs(scene);
+    target_limit(scene, errors);
     plan_chunks(&scene->plan);
     const struct scene_part *part;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++)
@@ -440,7 +443,9 @@ void plan_list_facts(struct bcd_scene *scene)
     fact_integer(scene, "equilibration_steps", plan->equilibration_steps);
     fact_number(scene, "time", "time", (double)plan->steps * h);
     fact_number(scene, "sample_every", "time", (double)plan->sample_steps * h);
-    if (plan->paired > 0)
+    if (bcd_scene_part(scene, BCD_SLOT_TARGET, 0))
+        fact_integer(scene, "realizations_at_most", plan->realizations);
+    else if (plan->paired > 0)
         fact_integer(scene, "paired_realizations", plan->paired);
     fact_integer(scene, "chunks", plan->chunks);
     fact_integer(scene, "result_version", BCD_RESULT_VERSION);

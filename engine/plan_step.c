@@ -172,10 +172,20 @@ void plan_time_step(struct bcd_scene *scene, struct bcd_errors *errors)
 
 /* How many plan_is_paired chooses: a quarter of the realizations, two at least; of a single one
  * half its blocks: at most half as much work again. */
-static int64_t realizations_to_pair(const struct plan *plan)
+static int64_t realizations_to_pair(int64_t realizations)
 {
-    int64_t quarter = (plan->realizations + 3) / 4;
-    return quarter > 2 ? quarter : plan->realizations < 2 ? plan->realizations : 2;
+    int64_t quarter = (realizations + 3) / 4;
+    return quarter > 2 ? quarter : realizations < 2 ? realizations : 2;
+}
+
+double plan_rod_steps(const struct bcd_scene *scene, int64_t realizations)
+{
+    const struct plan *plan = &scene->plan, *coarse = &scene->coarse;
+    double steps = (double)(plan->equilibration_steps + plan->steps) * (double)realizations;
+    if (plan->paired > 0)
+        steps += (double)(coarse->equilibration_steps + coarse->steps) *
+                 (double)realizations_to_pair(realizations);
+    return steps * (double)plan->particles;
 }
 
 static bool wants_pairs(const struct bcd_scene *scene)
@@ -191,7 +201,7 @@ void plan_pairs(struct bcd_scene *scene)
 {
     struct plan *plan = &scene->plan, *coarse = &scene->coarse;
     plan->fine = plan;
-    plan->paired = realizations_to_pair(plan);
+    plan->paired = realizations_to_pair(plan->realizations);
     if (scene->job.step_error == STEP_ERROR_SKIPPED)
         plan->no_pair = "not asked for (\"time_step_error\": \"skipped\")";
     else if (plan->steps < 2 * plan->blocks)

@@ -18,6 +18,9 @@ double plan_longest_step(const struct plan *plan);
 double plan_step_resolving(const struct bcd_scene *scene, const struct observable_type *type,
                            const void *par);
 
+/* Time steps of that many realizations, pairs included, times the number of rods. */
+double plan_rod_steps(const struct bcd_scene *scene, int64_t realizations);
+
 /* paired, fine, and scene->coarse; needs all else. */
 void plan_pairs(struct bcd_scene *scene);
 

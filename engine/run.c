@@ -9,6 +9,7 @@
  */
 #include "arena.h"
 #include "blob.h"
+#include "plan_step.h"
 #include "scene.h"
 #include "status.h"
 #include "step_error.h"
@@ -446,10 +447,8 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
     const struct plan *plan = &scene->plan;
     struct bcd_run run = {.scene = scene, .plan = plan, .count = plan->per_chunk};
     lay_out(&run); /* counts only */
-    double steps = (double)ticks_of_pass(plan) * (double)plan->realizations;
-    if (plan->paired > 0)
-        steps += (double)ticks_of_pass(&scene->coarse) * (double)plan->paired;
-    double rod_steps = steps * (double)plan->particles, values = (double)run.tally.count;
+    double rod_steps = plan_rod_steps(scene, plan->realizations);
+    double steps = rod_steps / (double)plan->particles, values = (double)run.tally.count;
     *estimate = (struct bcd_estimate){
         .run_bytes = 2.0 * (double)run.kept.used + (double)run.scratch.used,
         .result_bytes = 6.0 * sizeof(double) * values,

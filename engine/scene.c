@@ -4,6 +4,7 @@
 #include "blob.h"
 #include "scene_cache.h"
 #include "status.h"
+#include "target.h"
 #include "theory/sampler.h"
 
 #include <assert.h>
@@ -125,14 +126,20 @@ static const struct part_type *observable_at(size_t i)
     return observable_types[i] ? &observable_types[i]->base : NULL;
 }
 
+static const struct part_type *target_at(size_t i)
+{
+    return i == 0 ? &target_type : NULL;
+}
+
 static const struct {
     const char *key;
-    bool many;
+    bool many, typed;
     const struct part_type *(*at)(size_t index);
 } slots[BCD_SLOT_COUNT] = {
-    [BCD_SLOT_POTENTIAL] = {"potential", false, potential_at},
-    [BCD_SLOT_INTERACTION] = {"interaction", false, pair_at},
-    [BCD_SLOT_OBSERVABLE] = {"observables", true, observable_at},
+    [BCD_SLOT_POTENTIAL] = {"potential", false, true, potential_at},
+    [BCD_SLOT_INTERACTION] = {"interaction", false, true, pair_at},
+    [BCD_SLOT_OBSERVABLE] = {"observables", true, false, observable_at},
+    [BCD_SLOT_TARGET] = {"target", false, false, target_at},
 };
 
 const char *bcd_slot_key(enum bcd_slot slot)
@@ -143,6 +150,11 @@ const char *bcd_slot_key(enum bcd_slot slot)
 bool bcd_slot_many(enum bcd_slot slot)
 {
     return slots[slot].many;
+}
+
+bool bcd_slot_typed(enum bcd_slot slot)
+{
+    return slots[slot].typed;
 }
 
 const struct bcd_part *bcd_catalogue(enum bcd_slot slot, size_t index)
@@ -309,7 +321,7 @@ struct encoder {
     char *at;
     size_t size, used; /* used counts on when size is exhausted */
     uint64_t hash;     /* of all of it */
-    bool family;       /* leave out how many realizations there are */
+    bool family;       /* leave out how many realizations there are, and what tells it */
 };
 
 static void encode_bytes(struct encoder *e, const char *bytes, size_t length)
@@ -379,6 +391,8 @@ static void encode_scene(struct encoder *e, const struct bcd_scene *scene)
     encode(e, "bcd result version %d\n", BCD_RESULT_VERSION);
     encode_group(e, &scene->group);
     for (size_t i = 0; i < scene->part_count; i++) {
+        if (e->family && scene->parts[i].slot == BCD_SLOT_TARGET)
+            continue;
         encode(e, "%s type %s\n", scene->parts[i].group.pointer, scene->parts[i].group.type);
         encode_group(e, &scene->parts[i].group);
     }

@@ -50,6 +50,31 @@ static double of_views(const struct moments *one, const struct moments *other, s
     return one->samples[i] > 0 ? fabs(one->mean[i] - other->mean[i]) : NAN;
 }
 
+static double variance_of_mean(const struct moments *m, size_t i)
+{
+    double n = m->samples[i];
+    return n > 1 ? m->square[i] / (n * (n - 1)) : INFINITY;
+}
+
+static double order_of(const struct observable_type *type, const struct plan *plan)
+{
+    return type->at_contact ? fmin(plan->method->order, 0.5) : plan->method->order;
+}
+
+double step_error_least(const struct observable_type *type, const struct plan *plan,
+                        const struct moments *value, const struct moments *second, size_t i)
+{
+    const double sure = 3, few = 4;
+    enum step_error kind = step_error_of(type, plan);
+    if (kind == STEP_ERROR_PAIR && plan->paired > 0 && second->samples[i] >= few)
+        return fmax(0, fabs(second->mean[i]) - sure * sqrt(variance_of_mean(second, i))) /
+               (exp2(fmin(order_of(type, plan), order_max)) - 1);
+    if (kind == STEP_ERROR_VIEWS && value->samples[i] >= few)
+        return fmax(0, of_views(value, second, i) -
+                           sure * sqrt(variance_of_mean(value, i) + variance_of_mean(second, i)));
+    return 0;
+}
+
 static double share_of(const double *error, const double *value, size_t i)
 {
     return error[i] > 0 ? error[i] / fabs(value[i]) : error[i];
@@ -90,7 +115,7 @@ enum bcd_status step_error_add(struct bcd_table *table, const struct observable_
     double *error = table_add(table, name, BCD_ROLE_TIME_STEP_ERROR);
     if (!error)
         return BCD_NO_MEMORY;
-    const double order = type->at_contact ? fmin(plan->method->order, 0.5) : plan->method->order;
+    const double order = order_of(type, plan);
     for (size_t i = 0; i < table->rows; i++)
         error[i] = kind == STEP_ERROR_PAIR    ? of_pair(second, i, order)
                    : kind == STEP_ERROR_VIEWS ? of_views(value, second, i)

@@ -27,6 +27,11 @@ static inline size_t step_error_sections(const struct observable_type *type,
     return kind == STEP_ERROR_VIEWS || (kind == STEP_ERROR_PAIR && plan->paired > 0) ? 2 : 1;
 }
 
+/* The error of value i that is beyond doubt, in spite of chance (3 standard errors); 0 where that
+ * cannot be told yet. More realizations do not make it smaller. */
+double step_error_least(const struct observable_type *type, const struct plan *plan,
+                        const struct moments *value, const struct moments *second, size_t i);
+
 /* Adds the column. value and second are the two sections of the tally; second of a pair holds the
  * differences, twice the step minus the step. */
 enum bcd_status step_error_add(struct bcd_table *table, const struct observable_type *type,

@@ -158,9 +158,8 @@ static void add_remarks(struct bcd_table *table, const struct plan *plan, double
         table_note_text(table, "experimental", plan->method->experimental);
 }
 
-/* One section of the observable's part of the tally. */
-static struct moments moments_of(const struct bcd_tally *tally, const struct bcd_scene *scene,
-                                 size_t index, size_t section)
+struct moments tally_moments(const struct bcd_tally *tally, const struct bcd_scene *scene,
+                             size_t index, size_t section)
 {
     const struct scene_part *part = scene_observable(scene, index);
     size_t count = scene_observable_type(part)->count(part->group.values, &scene->plan);
@@ -185,8 +184,8 @@ enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_
     plan.fine = &plan;
     if (*tally->realizations > 0)
         plan.realizations = bcd_tally_realizations(tally);
-    struct moments moments = moments_of(tally, scene, index, 0),
-                   second = moments_of(tally, scene, index, 1);
+    struct moments moments = tally_moments(tally, scene, index, 0),
+                   second = tally_moments(tally, scene, index, 1);
     struct bcd_table *table = calloc(1, sizeof *table);
     if (!table)
         return BCD_NO_MEMORY;

@@ -25,6 +25,10 @@ void tally_layout(struct bcd_tally *tally, const struct bcd_scene *scene, size_t
 /* One more sample: values[tally->count], NaN = none. */
 void tally_add(struct bcd_tally *tally, const double *values);
 
+/* One section (0, or 1: see step_error_sections) of the index-th observable's part. */
+struct moments tally_moments(const struct bcd_tally *tally, const struct bcd_scene *scene,
+                             size_t index, size_t section);
+
 /* Makes one tally what another of the same family is. */
 void tally_copy(struct bcd_tally *to, const struct bcd_tally *from);
 

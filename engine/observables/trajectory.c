@@ -242,6 +242,7 @@ const struct observable_type observable_trajectory = {
     .time_step_max = trajectory_time_step_max,
     .value = "x",
     .no_time_step_error = "one path, not a mean",
+    .no_error_bar = "one path, not a mean",
     .dynamic = true,
     .mid_drift = true,
     .count = trajectory_count,

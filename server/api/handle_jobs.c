@@ -358,7 +358,7 @@ static bool filter_known(const char *path)
         if (strncmp(path, key, (size_t)(dot - path)) != 0 || key[dot - path] != '\0')
             continue;
         const char *rest = dot + 1;
-        if (!bcd_slot_many(slot) && strcmp(rest, "type") == 0)
+        if (bcd_slot_typed(slot) && strcmp(rest, "type") == 0)
             return true;
         const struct bcd_part *part;
         for (size_t i = 0; (part = bcd_catalogue(slot, i)); i++) {

@@ -3,6 +3,7 @@
 #include "caption.h"
 #include "cli.h"
 #include "cli_simulate.h"
+#include "outcome_json.h"
 #include "plot_svg.h"
 #include "queue.h"
 #include "record_json.h"
@@ -17,8 +18,8 @@
 
 static int find_observable(const struct cli_line *line, const struct bcd_scene *scene,
                            const char *name);
-static int print_results(const struct bcd_scene *scene, const struct bcd_tally *tally,
-                         const struct cli_line *line);
+static void tell_verdict(const struct bcd_verdict *verdict);
+static int print_results(const struct cli_simulation *simulation, const struct cli_line *line);
 
 static int run(const struct cli_line *line)
 {
@@ -36,8 +37,10 @@ static int run(const struct cli_line *line)
     simulation.quiet = cli_given(line, "quiet");
     if (status == CLI_OK)
         status = cli_simulate(&simulation);
+    if (status == CLI_OK && !simulation.quiet)
+        tell_verdict(&simulation.verdict);
     if (status == CLI_OK)
-        status = print_results(scene, simulation.tally, line);
+        status = print_results(&simulation, line);
     bcd_tally_free(simulation.tally);
     bcd_scene_free(scene);
     return status;
@@ -97,7 +100,9 @@ static const struct cli_option run_options[] = {
      .value = "OBSERVABLE",
      .doc = "prints this observable as a picture instead",
      .either = 1},
-    {.name = "record", .doc = "prints {\"job\", \"derived\", \"results\"}", .either = 1},
+    {.name = "record",
+     .doc = "prints {\"job\", \"derived\", \"outcome\", \"results\"}",
+     .either = 1},
     {.name = "quiet",
      .letter = 'q',
      .doc = "no progress bar (there is none either unless stderr is a terminal)"},
@@ -166,23 +171,38 @@ static char *print_named(const struct bcd_scene *scene, const struct bcd_table *
     return svg;
 }
 
-static char *print_record(const struct bcd_scene *scene, const char *results)
+static char *print_record(const struct cli_simulation *simulation, const char *results)
 {
     struct text text = {0};
-    char *job = scene_json_job(scene), *derived = scene_json_derived(scene);
-    if (results && job && derived)
-        text_add(&text, "{\"job\":%s,\n\"derived\":%s,\n\"results\":%.*s}\n", job, derived,
-                 (int)strcspn(results, "\n"), results);
+    const struct outcome outcome = {.verdict = &simulation->verdict};
+    char *pieces[] = {scene_json_job(simulation->scene), scene_json_derived(simulation->scene),
+                      outcome_json_print(&outcome)};
+    if (results && pieces[0] && pieces[1] && pieces[2])
+        text_add(&text, "{\"job\":%s,\n\"derived\":%s,\n\"outcome\":%s,\n\"results\":%.*s}\n",
+                 pieces[0], pieces[1], pieces[2], (int)strcspn(results, "\n"), results);
     else
         text.failed = true;
-    free(job);
-    free(derived);
+    for (size_t i = 0; i < sizeof pieces / sizeof *pieces; i++)
+        free(pieces[i]);
     return text_take(&text);
 }
 
-static int print_results(const struct bcd_scene *scene, const struct bcd_tally *tally,
-                         const struct cli_line *line)
+/* Whether a target was met, for those who see the results alone. */
+static void tell_verdict(const struct bcd_verdict *verdict)
 {
+    if (verdict->stop == BCD_STOP_ALL)
+        return;
+    fprintf(stderr, "bcd: relative error %.3g after %lld realizations; ", verdict->error,
+            (long long)verdict->realizations);
+    if (verdict->stop == BCD_STOP_TARGET)
+        fprintf(stderr, "the target is met\n");
+    else
+        fprintf(stderr, "the target is not met: %s\n", bcd_stop_name(verdict->stop));
+}
+
+static int print_results(const struct cli_simulation *simulation, const struct cli_line *line)
+{
+    const struct bcd_scene *scene = simulation->scene;
     const char *csv = cli_value(line, "csv"), *name = csv ? csv : cli_value(line, "svg");
     const struct bcd_group *part;
     size_t count = 0;
@@ -194,7 +214,7 @@ static int print_results(const struct bcd_scene *scene, const struct bcd_tally *
         tables ? bcd_theory_create(&theory, scene, BCD_THEORY_RING) : BCD_NO_MEMORY;
     char *text = NULL;
     for (size_t i = 0; status == BCD_OK && i < count; i++) {
-        status = bcd_tally_table(tally, scene, theory, i, &tables[i]);
+        status = bcd_tally_table(simulation->tally, scene, theory, i, &tables[i]);
         part = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, i);
         if (status == BCD_OK && name && strcmp(part->type, name) == 0)
             text = print_named(scene, tables[i], csv != NULL);
@@ -203,7 +223,7 @@ static int print_results(const struct bcd_scene *scene, const struct bcd_tally *
         text = table_json_print_all(tables, count);
     if (status == BCD_OK && cli_given(line, "record")) {
         char *results = text;
-        text = print_record(scene, results);
+        text = print_record(simulation, results);
         free(results);
     }
     for (size_t i = 0; tables && i < count; i++)

@@ -2,10 +2,11 @@
  *
  * cli_simulate.c - see cli_simulate.h. Besides worker.c the only file that moves runs.
  *
- * THREADS  Workers take chunks by number from a counter; each owns its run alone. Finished tallies
- *          are merged under `mutex` in the order of the chunks, as bytes and in the same steps as
- *          in the daemon, so that the result depends on neither workers nor chance. The main
- *          thread shows progress and takes the signals, which are blocked in all threads.
+ * THREADS  Workers take chunks by number; each owns its run alone. Tallies are merged under
+ *          `mutex` in the order of the chunks, as bytes and in the same steps as in the daemon, so
+ *          that the result depends on neither workers nor chance. At each milestone of a job with a
+ *          target they wait for the verdict. The main thread shows progress and takes the signals,
+ *          which are blocked in all threads.
  */
 #include "cli_simulate.h"
 #include "cli.h"
@@ -33,15 +34,16 @@ struct job {
     const struct bcd_scene *scene;
     const char *label;
     int64_t chunks;
-    _Atomic int64_t next;   /* first chunk that nobody took */
     atomic_bool stop;       /* a signal, or a worker that failed */
     _Atomic int64_t ticks;  /* of finished chunks */
     _Atomic int64_t cpu_ns; /* of ended workers */
     struct motion *motion;  /* [workers] */
     size_t workers;
     pthread_mutex_t mutex;  /* guards what follows */
-    pthread_cond_t changed; /* a worker ended */
+    pthread_cond_t changed; /* a worker ended, or more chunks may be taken */
     size_t ended;
+    int64_t next, goal;         /* first chunk that nobody took; chunks up to the milestone */
+    struct bcd_verdict verdict; /* at the milestone before */
     int64_t merged; /* chunks whose tallies are in `whole` */
     struct {
         void *bytes;
@@ -68,6 +70,7 @@ int cli_simulate(struct cli_simulation *simulation)
     struct job job = {.scene = scene,
                       .label = simulation->label,
                       .chunks = bcd_scene_chunks(scene),
+                      .goal = bcd_scene_goal(scene, 0),
                       .mutex = PTHREAD_MUTEX_INITIALIZER,
                       .changed = PTHREAD_COND_INITIALIZER};
     sigset_t signals, before;
@@ -93,6 +96,7 @@ int cli_simulate(struct cli_simulation *simulation)
     status = judge(&job, ended_by);
     if (status == CLI_OK) {
         simulation->tally = job.whole;
+        simulation->verdict = job.verdict;
         job.whole = NULL;
     }
 cleanup:
@@ -129,8 +133,9 @@ static void fail(struct job *job, enum bcd_status code, const struct bcd_error *
             job->error = *error;
         job->error.code = code;
     }
-    pthread_mutex_unlock(&job->mutex);
     atomic_store(&job->stop, true);
+    pthread_cond_broadcast(&job->changed);
+    pthread_mutex_unlock(&job->mutex);
 }
 
 /* Advances the run in slices of about LIMIT_SLICE_MS, to its end or until told to stop. */
@@ -150,6 +155,19 @@ static enum bcd_status advance(struct worker *worker, struct bcd_run *run, struc
         atomic_store(&worker->motion->done, bcd_run_ticks_done(run));
     }
     return BCD_OK;
+}
+
+/* All chunks up to the goal are merged: is that enough? Under the mutex. */
+static enum bcd_status judge_milestone(struct job *job)
+{
+    enum bcd_status status = bcd_tally_judge(job->whole, job->scene, &job->verdict);
+    if (status == BCD_OK && job->verdict.stop != BCD_STOP_NOT)
+        job->chunks = job->goal;
+    job->goal = bcd_scene_goal(job->scene, job->goal);
+    if (job->goal > job->chunks)
+        job->goal = job->chunks;
+    pthread_cond_broadcast(&job->changed);
+    return status;
 }
 
 /* Puts a finished chunk's tally away and merges those whose turn has come. */
@@ -175,6 +193,8 @@ static enum bcd_status put_tally(struct job *job, int64_t chunk, const struct bc
         job->waiting[turn].bytes = NULL;
         job->merged++;
     }
+    if (status == BCD_OK && job->merged == job->goal)
+        status = judge_milestone(job);
     pthread_mutex_unlock(&job->mutex);
     return status;
 }
@@ -197,20 +217,29 @@ static void run_chunk(struct worker *worker, int64_t chunk)
         fail(job, status, &error);
 }
 
+/* The next chunk, waiting for a verdict if need be; negative when there is none any more. */
+static int64_t take_chunk(struct job *job)
+{
+    int64_t chunk = -1;
+    pthread_mutex_lock(&job->mutex);
+    while (job->next == job->goal && job->goal < job->chunks && !atomic_load(&job->stop))
+        pthread_cond_wait(&job->changed, &job->mutex);
+    if (job->next < job->goal && !atomic_load(&job->stop))
+        chunk = job->next++;
+    pthread_mutex_unlock(&job->mutex);
+    return chunk;
+}
+
 static void *work(void *context)
 {
     struct worker *worker = context;
     struct job *job = worker->job;
-    while (!atomic_load(&job->stop)) {
-        int64_t chunk = atomic_fetch_add(&job->next, 1);
-        if (chunk >= job->chunks)
-            break;
+    for (int64_t chunk; (chunk = take_chunk(job)) >= 0;)
         run_chunk(worker, chunk);
-    }
     atomic_fetch_add(&job->cpu_ns, clock_ns(CLOCK_THREAD_CPUTIME_ID));
     pthread_mutex_lock(&job->mutex);
     job->ended++;
-    pthread_cond_signal(&job->changed);
+    pthread_cond_broadcast(&job->changed);
     pthread_mutex_unlock(&job->mutex);
     return NULL;
 }
@@ -221,7 +250,11 @@ static void show_progress(struct job *job, int64_t started_ns)
 {
     char bar[BAR_WIDTH + 1], left[32] = "";
     pthread_mutex_lock(&job->mutex);
-    double finished = (double)job->merged;
+    double finished = (double)job->merged, chunks = (double)job->chunks;
+    if (job->verdict.realizations > 0) /* what the last milestone makes one expect */
+        chunks = fmin(chunks, fmax((double)job->goal, (double)job->merged *
+                                                          job->verdict.expected /
+                                                          (double)job->verdict.realizations));
     pthread_mutex_unlock(&job->mutex);
     double ticks = (double)atomic_load(&job->ticks);
     for (size_t i = 0; i < job->workers; i++) {
@@ -232,7 +265,7 @@ static void show_progress(struct job *job, int64_t started_ns)
             finished += fmin(done / total, 1);
         }
     }
-    double share = fmin(finished / (double)job->chunks, 1);
+    double share = fmin(finished / chunks, 1);
     double seconds = (double)(clock_ns(CLOCK_MONOTONIC) - started_ns) * 1e-9;
     for (int i = 0; i < BAR_WIDTH; i++)
         bar[i] = i + 1 <= share * BAR_WIDTH ? '#' : '.';
@@ -265,15 +298,16 @@ static int watch(struct job *job, const sigset_t *signals, bool show)
         pthread_cond_timedwait(&job->changed, &job->mutex, &until);
         pthread_mutex_unlock(&job->mutex);
         int number = sigtimedwait(signals, NULL, &none);
-        if (number > 0) {
-            ended_by = number;
-            atomic_store(&job->stop, true);
-        }
         if (show && clock_ns(CLOCK_MONOTONIC) - shown >= SHOW_MS * INT64_C(1000000)) {
             shown = clock_ns(CLOCK_MONOTONIC);
             show_progress(job, started);
         }
         pthread_mutex_lock(&job->mutex);
+        if (number > 0) {
+            ended_by = number;
+            atomic_store(&job->stop, true);
+            pthread_cond_broadcast(&job->changed);
+        }
     }
     pthread_mutex_unlock(&job->mutex);
     if (show && shown != started)

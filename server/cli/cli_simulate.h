@@ -15,12 +15,13 @@ struct cli_simulation {
     bool quiet;        /* no progress bar; there is none either unless stderr is a terminal */
     const char *label; /* goes before the bar; NULL = nothing */
     /* Results. */
-    struct bcd_tally *tally; /* the caller's; NULL unless all went well */
-    double core_seconds;     /* processor time of all threads together */
+    struct bcd_tally *tally;    /* the caller's; NULL unless all went well */
+    struct bcd_verdict verdict; /* about it: why there are no more realizations */
+    double core_seconds;        /* processor time of all threads together */
 };
 
-/* Runs all chunks. CLI_OK; otherwise words on stderr and CLI_FAILED, or CLI_SIGNAL + the number of
- * the signal (Ctrl-C) that ended it. */
+/* Runs all chunks, or as many as the job's target takes. CLI_OK; otherwise words on stderr and
+ * CLI_FAILED, or CLI_SIGNAL + the number of the signal (Ctrl-C) that ended it. */
 int cli_simulate(struct cli_simulation *simulation);
 
 /* Cores that this process may use. */

@@ -14,7 +14,7 @@ char *caption_print(const struct bcd_scene *scene)
     add_group(&text, bcd_scene_job_view(scene));
     for (int slot = 0; slot < BCD_SLOT_COUNT; slot++) {
         const struct bcd_group *part = bcd_scene_part(scene, slot, 0);
-        if (bcd_slot_many(slot) || !part)
+        if (!bcd_slot_typed(slot) || !part)
             continue;
         text_add(&text, ", %s %s", part->type, bcd_slot_key(slot));
         add_group(&text, part);

@@ -117,10 +117,10 @@ char *scene_json_job(const struct bcd_scene *scene)
         bool many = bcd_slot_many(s);
         text_add(&text, ",");
         text_add_json_string(&text, bcd_slot_key(s));
-        text_add(&text, many ? ":{" : part ? ":{\"type\":" : ":null");
+        text_add(&text, many || part ? ":{" : ":null");
         if (!many && part) {
-            text_add_json_string(&text, part->type);
-            text_add(&text, part->rows->name ? "," : "");
+            if (bcd_slot_typed(s))
+                text_add(&text, "\"type\":\"%s\"%s", part->type, part->rows->name ? "," : "");
             add_group(&text, part);
         }
         for (size_t i = 0; many && (part = bcd_scene_part(scene, s, i)) != NULL; i++) {
@@ -246,12 +246,19 @@ static bool has_part(enum bcd_slot slot, const char *name)
     return bcd_catalogue(slot, i) != NULL;
 }
 
-/* Adds a part of the given type with what the object says of it. */
+/* Adds a part of the given type, or the only one, with what the object says of it. */
 static void read_part(json_t *object, struct bcd_scene *scene, enum bcd_slot slot,
                       struct bcd_errors *errors)
 {
     char pointer[SCAN_POINTER_SIZE] = "";
     json_t *type = json_object_get(object, "type");
+    if (!bcd_slot_typed(slot)) {
+        struct bcd_group *only =
+            bcd_scene_add(scene, slot, bcd_catalogue(slot, 0)->name, errors);
+        if (only)
+            read_group(object, only, "", errors);
+        return;
+    }
     scan_json_append(pointer, bcd_slot_key(slot));
     scan_json_append(pointer, "type");
     if (!json_is_string(type) || !has_part(slot, json_string_value(type))) {

@@ -38,6 +38,9 @@ static const struct {
     {"/potential/expression/energy", "It must be a formula, finite wherever rods can be"},
     {"/interaction/expression/energy", "It must be a formula, finite wherever rods can be"},
     {"/interaction/table/first", "Below last"},
+    {"/realizations", "With a target the most there may be: at least 2, and 1000 by default"},
+    {"/target/observable", "One of the job's observables, with error bars"},
+    {"/target/rod_steps", "At least what two realizations take"},
     {"/observables/msd/first", "From the time step to the measured time"},
     {"/observables/msd/last", "From first to the measured time"},
     {"/observables/contact_density/gap", "At most length - particles * diameter"},
@@ -194,6 +197,12 @@ static void add_slot(struct text *text, enum bcd_slot slot)
 {
     const struct bcd_part *part;
     bool many = bcd_slot_many(slot);
+    if (!many && !bcd_slot_typed(slot)) {
+        text_add(text, "{\"default\":null,\"oneOf\":[{\"type\":\"null\"},");
+        add_part(text, slot, bcd_catalogue(slot, 0));
+        text_add(text, "]}");
+        return;
+    }
     text_add(text, many ? "{\"description\":\"what is measured, by name\",\"type\":\"object\","
                           "\"minProperties\":1,\"additionalProperties\":false,\"properties\":{"
                         : "{\"description\":\"none, or one of these by its type\","
@@ -209,16 +218,17 @@ static void add_slot(struct text *text, enum bcd_slot slot)
 
 static void add_part(struct text *text, enum bcd_slot slot, const struct bcd_part *part)
 {
-    bool many = bcd_slot_many(slot);
+    bool typed = bcd_slot_typed(slot);
     struct text place = {0};
-    text_add(&place, "/%s/%s", bcd_slot_key(slot), part->name);
+    text_add(&place, typed || bcd_slot_many(slot) ? "/%s/%s" : "/%s", bcd_slot_key(slot),
+             part->name);
     char *pointer = text_take(&place);
     text_add(text, "{\"description\":");
     add_description(text, part->doc, NULL, pointer ? pointer : "");
     text_add(text, ",\"type\":\"object\",\"additionalProperties\":false,");
-    add_required(text, part->params, many ? NULL : "type");
+    add_required(text, part->params, typed ? "type" : NULL);
     text_add(text, ",\"properties\":{");
-    if (!many)
+    if (typed)
         text_add(text, "\"type\":{\"const\":\"%s\"}%s", part->name, part->params->name ? "," : "");
     add_properties(text, part->params, pointer ? pointer : "");
     text_add(text, "}}");

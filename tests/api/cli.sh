@@ -51,7 +51,7 @@ bcd run - <"$T/job.json"
 check "run: the same bytes from stdin" cmp "$T/out" "$T/reference"
 
 bcd run --record "$T/job.json"
-check "run --record: job, derived, results" out 'keys == ["derived", "job", "results"]'
+check "run --record: job, derived, outcome, results" out 'keys == ["derived", "job", "outcome", "results"]'
 check "run --record: the results are those of run" \
     sh -c "jq -S .results '$T/out' >'$T/a'; jq -S . '$T/reference' >'$T/b'; cmp '$T/a' '$T/b'"
 jq .job "$T/out" >"$T/completed.json"

@@ -87,6 +87,12 @@ function object(schema, root) {
                               : known;
 }
 
+// A target is about something that is measured.
+function aimed(job) {
+  const [observable] = Object.keys(job.observables);
+  return job.target ? { ...job, target: { ...job.target, observable } } : job;
+}
+
 // Jobs: anything that the schema allows, and as often a plain one with a few of its keys at random.
 export function anyJob(schema) {
   const { properties, required } = schema;
@@ -97,7 +103,8 @@ export function anyJob(schema) {
       .chain((name) => fc.record({ [name]: fromSchema(properties.observables.properties[name]) })) });
   const few = fc.subarray(names, { maxLength: 3 })
     .chain((some) => fc.record(Object.fromEntries(some.map((n) => [n, fromSchema(properties[n])]))));
-  return fc.oneof(fromSchema(schema), fc.tuple(plain, few).map(([a, b]) => ({ ...a, ...b })));
+  return fc.oneof(fromSchema(schema), fc.tuple(plain, few).map(([a, b]) => ({ ...a, ...b })))
+    .map(aimed);
 }
 
 // Every place in a document: [path, ...] of keys, the whole one left out.
