@@ -16,13 +16,14 @@ static size_t cores(void);
 
 const char *config_usage(void)
 {
-    return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N]\n"
+    return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--log all|changes]\n"
            "Brownian cluster dynamics as a service: jobs in over HTTP, results out.\n"
            "\n"
            "  --data DIR          where jobs and results are kept; created when missing\n"
            "  --listen HOST:PORT  loopback address to listen on (127.0.0.1:8080); port 0 picks "
            "one\n"
            "  --workers N         threads that simulate (as many as there are cores)\n"
+           "  --log all|changes   requests in the log: all, or without reads that go well (all)\n"
            "  --version           print the version\n"
            "  --help              print this\n";
 }
@@ -31,7 +32,7 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
                                 size_t size)
 {
     unsigned long workers = cores();
-    *config = (struct config){.host = "127.0.0.1", .port = 8080};
+    *config = (struct config){.host = "127.0.0.1", .port = 8080, .log_reads = true};
     char *const *end = argv + argc;
     for (char *const *argument = argv + 1; argument < end; argument++) {
         const char *name = *argument, *value;
@@ -44,6 +45,12 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
                 return CONFIG_WRONG;
         } else if ((value = option_value("--data", &argument))) {
             config->data = value;
+        } else if ((value = option_value("--log", &argument))) {
+            config->log_reads = strcmp(value, "all") == 0;
+            if (!config->log_reads && strcmp(value, "changes") != 0) {
+                snprintf(reason, size, "--log takes all or changes, not \"%s\"", value);
+                return CONFIG_WRONG;
+            }
         } else if ((value = option_value("--workers", &argument))) {
             if (!parse_count(value, LIMIT_WORKERS_MAX, &workers) || workers == 0) {
                 snprintf(reason, size, "--workers takes a number from 1 to %d, not \"%s\"",

@@ -3,6 +3,7 @@
 #ifndef CONFIG_H
 #define CONFIG_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -11,6 +12,7 @@ struct config {
     uint16_t port;    /* 0 = pick a free one */
     const char *data; /* borrowed from argv */
     size_t workers;
+    bool log_reads; /* a line in the log for each request, not only for those that change or fail */
 };
 
 enum config_action { CONFIG_RUN, CONFIG_HELP, CONFIG_VERSION, CONFIG_WRONG };

@@ -9,6 +9,7 @@
 #include "config.h"
 #include "handle.h"
 #include "log.h"
+#include "metrics.h"
 #include "record_json.h"
 #include "routes.h"
 #include "worker.h"
@@ -24,6 +25,7 @@ enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 4096 }
 
 static int serve(const struct config *config);
 static void announce(const struct config *config, uint16_t port);
+static void observe(void *context, const struct http_done *done);
 static void wake(void *http);
 static void block_signals(sigset_t *ending);
 static void raise_descriptors(void);
@@ -54,8 +56,8 @@ int main(int argc, char **argv)
 static int serve(const struct config *config)
 {
     atomic_flag theory = ATOMIC_FLAG_INIT;
-    struct service service = {.theory = &theory};
-    struct workers *workers = NULL;
+    struct metrics metrics = {0};
+    struct service service = {.theory = &theory, .metrics = &metrics};
     struct http *http = NULL;
     char reason[512] = "the store or the queue cannot be started, the log says why";
     int result = EXIT_FAILED, number = 0;
@@ -71,18 +73,21 @@ static int serve(const struct config *config)
     service.reports = report_keeper_create(service.store);
     if (!service.reports)
         goto cleanup;
-    workers = workers_start(config->workers, service.queue, service.store);
-    if (!workers) {
+    service.workers = workers_start(config->workers, service.queue, service.store);
+    if (!service.workers) {
         snprintf(reason, sizeof(reason), "%zu worker threads cannot be had", config->workers);
         goto cleanup;
     }
     const struct http_options options = {.host = config->host,
                                          .port = config->port,
                                          .handler = routes_dispatch,
+                                         .observer = observe,
+                                         .log_reads = config->log_reads,
                                          .context = &service};
     http = http_start(&options, reason, sizeof(reason));
     if (!http)
         goto cleanup;
+    atomic_store(&service.http, http);
     feed_wake(service.feed, wake, http);
     announce(config, http_port(http));
     sigwait(&ending, &number);
@@ -97,11 +102,17 @@ cleanup:
     if (service.queue)
         queue_stop(service.queue);
     report_keeper_free(service.reports);
-    workers_stop(workers);
+    workers_stop(service.workers);
     feed_free(service.feed);
     queue_free(service.queue);
     store_close(service.store);
     return result;
+}
+
+static void observe(void *context, const struct http_done *done)
+{
+    const struct service *service = context;
+    metrics_observe(service->metrics, done);
 }
 
 /* Something happened to a job. */

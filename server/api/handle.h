@@ -14,8 +14,11 @@
 #include "queue.h"
 #include "report_keeper.h"
 #include "store_jobs.h"
+#include "worker.h"
 
 #include <stdatomic.h>
+
+struct metrics;
 
 enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 
@@ -26,6 +29,9 @@ struct service {
     struct feed *feed;
     atomic_flag *theory;           /* set while one is computed; NULL = no limit */
     struct report_keeper *reports; /* NULL = there are none */
+    struct workers *workers;       /* NULL = there are none */
+    struct metrics *metrics;       /* NULL = nothing is counted */
+    _Atomic(struct http *) http;   /* NULL until it is there */
 };
 
 /* A request that met its route; arg[i] is what stood in the place of the pattern's i-th {...}. */
@@ -68,6 +74,7 @@ handler handle_reports_stop;
 
 /* handle_service.c */
 handler handle_service_index, handle_service_health, handle_service_ready;
+handler handle_service_metrics; /* metrics.c */
 handler handle_service_schema, handle_service_openapi;
 
 #endif

@@ -1,13 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "handle.h"
 #include "openapi.h"
+#include "limits.h"
 #include "reply.h"
 #include "routes.h"
 #include "schema_json.h"
+#include "store_health.h"
 #include "store_jobs.h"
 #include "text.h"
 
 #include <string.h>
+
+static void check_store(const struct service *service, struct bcd_errors *errors);
+static void check_workers(const struct service *service, struct bcd_errors *errors);
 
 void handle_service_health(const struct service *service, const struct call *call,
                            struct reply *reply)
@@ -16,19 +21,53 @@ void handle_service_health(const struct service *service, const struct call *cal
     reply_json_take(reply, strdup("{\"status\":\"ok\"}\n"));
 }
 
-/* Ready = the store answers and the queue still hands out work. */
+/* Ready = it would take a job and run it. */
 void handle_service_ready(const struct service *service, const struct call *call,
                           struct reply *reply)
 {
     (void)call;
-    int64_t counts[JOB_STATES];
-    enum store_status status = store_jobs_counts(service->store, counts);
-    if (status != STORE_OK)
-        reply_problem(reply, PROBLEM_BUSY, "the store does not answer");
-    else if (queue_stopping(service->queue))
-        reply_problem(reply, PROBLEM_BUSY, "the server is stopping");
+    struct bcd_errors errors = {0};
+    check_store(service, &errors);
+    check_workers(service, &errors);
+    if (queue_stopping(service->queue))
+        bcd_errors_add(&errors, "/server", "is stopping");
+    if (errors.count > 0)
+        reply_faults(reply, PROBLEM_BUSY, &errors, NULL);
     else
         reply_json_take(reply, strdup("{\"status\":\"ready\"}\n"));
+}
+
+static void check_store(const struct service *service, struct bcd_errors *errors)
+{
+    int64_t counts[JOB_STATES];
+    struct store_health health;
+    if (store_jobs_counts(service->store, counts) != STORE_OK)
+        bcd_errors_add(errors, "/store", "does not answer");
+    enum store_status status = store_health_try(service->store, LIMIT_READY_WRITE_MS);
+    store_health(service->store, &health);
+    /* What is small may fit where what is large did not. */
+    if (status != STORE_OK || !health.writable)
+        bcd_errors_add(errors, "/store", "cannot be written to, the log says why");
+    else if (health.failed_ago_ms < LIMIT_READY_WRITE_MS)
+        bcd_errors_add(errors, "/store", "could not take everything in the last %d s",
+                       LIMIT_READY_WRITE_MS / 1000);
+    if (health.disk_bytes > 0 && health.disk_free_bytes < LIMIT_READY_DISK_BYTES)
+        bcd_errors_add(errors, "/disk", "has %lld bytes left, LIMIT_READY_DISK_BYTES is %d",
+                       (long long)health.disk_free_bytes, LIMIT_READY_DISK_BYTES);
+}
+
+static void check_workers(const struct service *service, struct bcd_errors *errors)
+{
+    struct workers_counts counts;
+    if (!service->workers)
+        return;
+    workers_count(service->workers, &counts);
+    if (counts.alive < counts.started)
+        bcd_errors_add(errors, "/workers", "%zu of %zu are gone", counts.started - counts.alive,
+                       counts.started);
+    if (counts.silent_ms > LIMIT_READY_WORKER_MS)
+        bcd_errors_add(errors, "/workers", "one has not moved for %lld s",
+                       (long long)counts.silent_ms / 1000);
 }
 
 void handle_service_index(const struct service *service, const struct call *call,

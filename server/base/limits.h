@@ -29,6 +29,10 @@ enum {
     LIMIT_FEED_SAMPLE_MS = 200,
     LIMIT_EVENTS_GAP_MS = 250,             /* between two batches of one event stream */
     LIMIT_PING_MS = 15000,
+    LIMIT_METRICS_OWNERS = 20,             /* of queued jobs, each a line of /metrics */
+    LIMIT_READY_WRITE_MS = 10000,          /* ready: the store took something this lately */
+    LIMIT_READY_WORKER_MS = 600000,        /* ready: a busy worker has moved this lately */
+    LIMIT_READY_DISK_BYTES = 64 << 20,     /* ready: so much is free */
     LIMIT_REQUEST_AGE_MS_MAX = 30000,      /* from the first byte to the last */
     LIMIT_IDLE_MS_MAX = 60000,
     LIMIT_WORKERS_MAX = 1024,

@@ -304,7 +304,7 @@ static bool handle(struct http *http, struct connection *c)
         reply_fini(&exchange->reply);
         if (!ask(http, c, last))
             return true;
-        exchange->held = true;
+        exchange->held = exchange->was_held = true;
         exchange->hold_until_ms = http_clock_ms() + exchange->reply.hold.wait_ms;
         if (atomic_fetch_add(&http->holds, 1) >= LIMIT_HOLDS_MAX) {
             let_go(http, exchange);

@@ -90,6 +90,7 @@ struct http_done {
     const char *method, *path, *id;
     uint64_t bytes; /* of the body, made for the client if not taken by it */
     int64_t us;     /* from the request's line to the answer's last byte */
+    bool held;      /* it waited for something */
     bool cut;       /* the answer was not sent to its end */
 };
 typedef void http_observer(void *context, const struct http_done *done);

@@ -116,6 +116,7 @@ void http_answer_done(struct http *http, struct exchange *exchange, bool cut)
                                    .id = exchange->id,
                                    .bytes = exchange->answer_bytes,
                                    .us = http_clock_us() - exchange->began_us,
+                                   .held = exchange->was_held,
                                    .cut = cut};
     if (http->options.observer)
         http->options.observer(http->options.context, &done);

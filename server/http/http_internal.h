@@ -85,6 +85,7 @@ struct exchange {
     bool refused; /* reply is filled already; the rest of the request is thrown away */
     bool query_read;
     bool held; /* and counted in http->holds */
+    bool was_held;
     int64_t asked_ms, hold_until_ms;
     struct request_query pairs[LIMIT_QUERY_MAX];
     size_t pair_count;

@@ -347,6 +347,7 @@ static struct store *store_create(const char *dir)
     if (!store)
         return NULL;
     store->lock_fd = -1;
+    atomic_init(&store->tally.writable, true);
     pthread_mutex_init(&store->write_mutex, NULL);
     pthread_mutex_init(&store->read_mutex, NULL);
     pthread_cond_init(&store->read_returned, NULL);

@@ -14,6 +14,7 @@
 
 #include <sqlite3.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -34,6 +35,13 @@ struct watch {
     bool more;
 };
 
+/* Counted from the start, for store_health.c. */
+struct store_tally {
+    atomic_int_least64_t commits, rollbacks, full, broken;
+    atomic_bool writable;
+    atomic_int_least64_t tried_ms, failed_ms; /* when the latest ended, and failed; 0 = never */
+};
+
 /* THREADS  `writer`, `watch`, `begin_*` and everything done with it: under write_mutex. `idle` and
  * `idle_count`: under read_mutex, read_returned is signalled when a reader comes back. The rest
  * never changes. */
@@ -45,6 +53,7 @@ struct store {
     const char *begin_file; /* who began the transaction in progress, for the log */
     int begin_line;
     struct watch watch;
+    struct store_tally tally;
     pthread_mutex_t read_mutex;
     pthread_cond_t read_returned;
     sqlite3 *idle[STORE_READERS];
@@ -76,6 +85,9 @@ enum store_status store_end(struct store *store, enum store_status status);
  * they are forgotten in the store. */
 void store_watch_take(struct store *store, bool committed, struct watch *taken);
 void store_watch_tell(const struct watch *taken);
+
+/* A transaction ended so. */
+void store_health_note(struct store *store, enum store_status status);
 
 /* A read-only connection; waits for one when all are out. Never fails. */
 sqlite3 *store_read_begin(struct store *store);

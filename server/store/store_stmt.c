@@ -79,6 +79,7 @@ enum store_status store_begin(struct store *store, sqlite3 **db, const char *fil
     pthread_mutex_lock(&store->write_mutex);
     status = store_exec(store->writer, "BEGIN IMMEDIATE");
     if (status) {
+        store_health_note(store, status);
         log_write(LOG_LEVEL_ERROR, "store_begin_failed",
                   LOG_FIELDS(log_text("file", file), log_integer("line", line)));
         pthread_mutex_unlock(&store->write_mutex);
@@ -107,6 +108,7 @@ enum store_status store_end(struct store *store, enum store_status status)
      * again from its start, and the next try may fit. */
     if (status == STORE_FULL)
         sqlite3_wal_checkpoint_v2(store->writer, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
+    store_health_note(store, status);
     store_watch_take(store, status == STORE_OK, &moves);
     pthread_mutex_unlock(&store->write_mutex);
     store_watch_tell(&moves);

@@ -30,11 +30,20 @@ enum {
     MEMORY_TRIES_MAX = 8,
 };
 
+/* One thread, and what it tells others of itself. */
+struct worker {
+    struct workers *workers;
+    pthread_t thread;
+    atomic_bool alive, busy;
+    atomic_int_least64_t seen_ns; /* when it last came by its clock */
+    atomic_int_least64_t chunks, rod_steps, core_ns;
+};
+
 struct workers {
     struct queue *queue;
     struct store *store;
     size_t count;
-    pthread_t threads[];
+    struct worker each[];
 };
 
 /* What became of a chunk. */
@@ -47,6 +56,7 @@ enum outcome {
 /* One task in work. `cpu_ns`: this thread's clock when its use was told last. */
 struct work {
     struct workers *workers;
+    struct worker *worker;
     struct task *task;
     struct bcd_run *run;
     struct bcd_error error;
@@ -187,17 +197,27 @@ static int64_t next_slice(int64_t ticks, int64_t elapsed_ns)
     return next < 1.0 ? 1 : next > 1e15 ? (int64_t)1e15 : (int64_t)next;
 }
 
+/* For the counters. */
+static double rod_steps_of_chunk(const struct bcd_scene *scene)
+{
+    struct bcd_estimate estimate;
+
+    bcd_scene_estimate(scene, &estimate);
+    return estimate.rod_steps / (double)bcd_scene_chunks(scene);
+}
+
 /* Advances the run to its end; STOPPED when it was told to stop before. */
 static enum outcome advance(struct work *work)
 {
     const int64_t total = bcd_run_ticks_total(work->run);
+    const double rods_per_tick = rod_steps_of_chunk(work->task->scene) / (double)total;
     int64_t slice = 1, before = now_ns();
     int64_t checkpoint_due = before + LIMIT_CHECKPOINT_MS * INT64_C(1000000);
 
     atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
     atomic_store(work->task->ticks_total, total);
     while (bcd_run_ticks_done(work->run) < total) {
-        int64_t after;
+        int64_t after, from = bcd_run_ticks_done(work->run);
 
         if (should_stop(work))
             return OUTCOME_STOPPED;
@@ -206,6 +226,9 @@ static enum outcome advance(struct work *work)
             return OUTCOME_FAILED;
         after = now_ns();
         slice = next_slice(slice, after - before);
+        atomic_store(&work->worker->seen_ns, after);
+        atomic_fetch_add(&work->worker->rod_steps,
+                         (int64_t)(rods_per_tick * (double)(bcd_run_ticks_done(work->run) - from)));
         atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
         tell_use(work);
         if (after >= checkpoint_due && bcd_run_ticks_done(work->run) < total) {
@@ -436,9 +459,11 @@ static void fail_job(struct work *work)
     queue_cancel(work->workers->queue, id);
 }
 
-static void do_task(struct workers *workers, struct task *task)
+static void do_task(struct worker *worker, struct task *task)
 {
-    struct work work = {.workers = workers, .task = task, .cpu_ns = cpu_now_ns()};
+    struct workers *workers = worker->workers;
+    struct work work = {
+        .workers = workers, .worker = worker, .task = task, .cpu_ns = cpu_now_ns()};
     bool last = task->chunk == QUEUE_FINISH;
 
     if (!last) {
@@ -452,6 +477,7 @@ static void do_task(struct workers *workers, struct task *task)
             queue_release(workers->queue, task);
             return;
         }
+        atomic_fetch_add(&worker->chunks, 1);
         queue_done(workers->queue, task, &last);
     }
     if (last) {
@@ -464,11 +490,16 @@ static void do_task(struct workers *workers, struct task *task)
 
 static void *worker_main(void *context)
 {
-    struct workers *workers = context;
+    struct worker *worker = context;
     struct task task;
 
-    while (queue_claim(workers->queue, &task))
-        do_task(workers, &task);
+    while (queue_claim(worker->workers->queue, &task)) {
+        atomic_store(&worker->seen_ns, now_ns());
+        atomic_store(&worker->busy, true);
+        do_task(worker, &task);
+        atomic_store(&worker->busy, false);
+    }
+    atomic_store(&worker->alive, false);
     return NULL;
 }
 
@@ -479,7 +510,7 @@ struct workers *workers_start(size_t count, struct queue *queue, struct store *s
     int code = 0;
 
     assert(count >= 1 && count <= LIMIT_WORKERS_MAX);
-    workers = calloc(1, sizeof *workers + count * sizeof workers->threads[0]);
+    workers = calloc(1, sizeof *workers + count * sizeof workers->each[0]);
     if (!workers)
         return NULL;
     workers->queue = queue;
@@ -487,7 +518,11 @@ struct workers *workers_start(size_t count, struct queue *queue, struct store *s
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &kept);
     while (code == 0 && workers->count < count) {
-        code = pthread_create(&workers->threads[workers->count], NULL, worker_main, workers);
+        struct worker *worker = &workers->each[workers->count];
+
+        worker->workers = workers;
+        atomic_store(&worker->alive, true);
+        code = pthread_create(&worker->thread, NULL, worker_main, worker);
         workers->count += code == 0;
     }
     pthread_sigmask(SIG_SETMASK, &kept, NULL);
@@ -507,6 +542,33 @@ void workers_stop(struct workers *workers)
         return;
     queue_stop(workers->queue);
     for (size_t i = 0; i < workers->count; i++)
-        pthread_join(workers->threads[i], NULL);
+        pthread_join(workers->each[i].thread, NULL);
     free(workers);
+}
+
+void workers_count(const struct workers *workers, struct workers_counts *counts)
+{
+    int64_t now = now_ns();
+
+    *counts = (struct workers_counts){.started = workers->count};
+    for (size_t i = 0; i < workers->count; i++) {
+        const struct worker *worker = &workers->each[i];
+        int64_t silent_ms = (now - atomic_load(&worker->seen_ns)) / 1000000;
+        struct timespec used = {0};
+        clockid_t clock;
+
+        counts->chunks += atomic_load(&worker->chunks);
+        counts->rod_steps += (double)atomic_load(&worker->rod_steps);
+        if (!atomic_load(&worker->alive))
+            continue;
+        counts->alive++;
+        if (pthread_getcpuclockid(worker->thread, &clock) == 0)
+            clock_gettime(clock, &used);
+        counts->core_seconds += (double)used.tv_sec + (double)used.tv_nsec * 1e-9;
+        if (!atomic_load(&worker->busy))
+            continue;
+        counts->busy++;
+        if (silent_ms > counts->silent_ms)
+            counts->silent_ms = silent_ms;
+    }
 }

@@ -18,6 +18,15 @@ struct workers;
  * All signals are blocked in them. NULL when the threads cannot be had (the cause is logged). */
 struct workers *workers_start(size_t count, struct queue *queue, struct store *store);
 
+/* What they have done since the start, and what they are at. Any thread. */
+struct workers_counts {
+    size_t started, alive, busy; /* threads; busy = with a task */
+    int64_t chunks;              /* finished */
+    double rod_steps, core_seconds;
+    int64_t silent_ms; /* the longest that a busy one has not come by its clock */
+};
+void workers_count(const struct workers *workers, struct workers_counts *counts);
+
 /* Stops the queue for good and waits until every chunk in motion has left a checkpoint behind: a
  * few slices of LIMIT_SLICE_MS. Accepts NULL. */
 void workers_stop(struct workers *workers);
