@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * bcd, the command line: main and the list of commands.
+ * bcd, the command line: main.
  */
 #include "cli.h"
 #include "record_json.h"
@@ -9,48 +9,34 @@
 
 #include <string.h>
 
-/* In the order of the documentation. */
-static const struct cli_command *const commands[] = {
-    &cli_run_command,      &cli_check_command,
-    &cli_theory_command,   &cli_schema_command,
-    &cli_report_command,   &cli_bench_command,
-    &cli_submit_command,   &cli_watch_command,
-    &cli_list_command,     &cli_get_command,
-    &cli_export_command,   &cli_cancel_command,
-    &cli_estimate_command, NULL,
-};
-
-static const struct cli_command *find(const char *name)
+static void list_commands(FILE *out, const char *title, bool server)
 {
-    for (size_t i = 0; commands[i]; i++)
-        if (strcmp(commands[i]->name, name) == 0)
-            return commands[i];
-    return NULL;
-}
-
-static const struct cli_command *find_part(const struct cli_command *command, const char *name)
-{
-    for (size_t i = 0; command->parts[i]; i++)
-        if (strcmp(strchr(command->parts[i]->name, ' ') + 1, name) == 0)
-            return command->parts[i];
-    return NULL;
+    const struct cli_command *command;
+    fprintf(out, "\n%s\n", title);
+    for (size_t i = 0; (command = cli_command_at(i)); i++)
+        if (server == (command->server || (command->parts && command->parts[0]->server)))
+            fprintf(out, "  %-10s  %s\n", command->name, command->doc);
 }
 
 static void usage(FILE *out)
 {
-    fputs("usage: bcd COMMAND ...\n\n", out);
-    for (size_t i = 0; commands[i]; i++)
-        fprintf(out, "  %-10s %s\n", commands[i]->name, commands[i]->doc);
-    fputs("\nbcd help COMMAND tells more; bcd --version tells the version.\n", out);
+    fputs("usage: bcd COMMAND ...\n", out);
+    list_commands(out, "On this machine:", false);
+    list_commands(out, "On a server (--url URL, or BCD_URL of the environment):", true);
+    fputs("\nbcd help COMMAND tells more; bcd --version tells the version. Exit status: 0 done,\n"
+          "1 failed or refused, 2 wrong command line, 3 no server, 4 no right to it, 130 Ctrl-C.\n",
+          out);
 }
 
 static int help(int argc, char **argv)
 {
-    const struct cli_command *command = argc > 2 ? find(argv[2]) : NULL;
-    if (command && command->parts && argc > 3)
-        command = find_part(command, argv[3]);
+    const struct cli_command *command = argc > 2 ? cli_command_find(argv[2]) : NULL;
+    if (command && argc > 3)
+        command = cli_part_find(command, argv[3]);
     if (command)
         return cli_help(command);
+    if (argc == 3 && strcmp(argv[2], "--man") == 0)
+        return cli_print_take(cli_manual());
     if (argc > 2) {
         fprintf(stderr, "bcd: there is no command \"%s%s%s\"\n", argv[2], argc > 3 ? " " : "",
                 argc > 3 ? argv[3] : "");
@@ -72,7 +58,7 @@ static int run(const struct cli_command *command, int argc, char **argv)
     bool wants_help = false;
     if (command->parts) {
         const char *name = argc > 1 ? argv[1] : "";
-        const struct cli_command *part = find_part(command, name);
+        const struct cli_command *part = cli_part_find(command, name);
         if (part)
             return run(part, argc - 1, argv + 1);
         if (asks_help(name))
@@ -89,7 +75,7 @@ static int run(const struct cli_command *command, int argc, char **argv)
 int main(int argc, char **argv)
 {
     const char *name = argc > 1 ? argv[1] : "";
-    const struct cli_command *command = find(name);
+    const struct cli_command *command = cli_command_find(name);
     gsl_set_error_handler_off(); /* its own would abort the process */
     record_json_seed();
     if (command)

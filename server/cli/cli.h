@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * cli.h - the program `bcd`. A command is one file with one const row, and one line in cli.c. Help,
+ * cli.h - the program `bcd`. A command is one file with one const row, and one line in
+ * cli_commands.c. Help,
  * the manual page, the shells' completions and the reading of the command line come from the rows.
  * These functions print; nothing below them does.
  */
@@ -67,6 +68,14 @@ extern const struct cli_command cli_watch_command, cli_list_command, cli_get_com
 extern const struct cli_command cli_export_command, cli_sweep_command, cli_token_command;
 extern const struct cli_command cli_whoami_command, cli_completion_command;
 
+/* ---- cli_commands.c */
+
+/* In the order of the documentation; NULL past the last. */
+const struct cli_command *cli_command_at(size_t i);
+const struct cli_command *cli_command_find(const char *name);
+const struct cli_command *cli_part_find(const struct cli_command *command, const char *name);
+const char *cli_word(const struct cli_command *command); /* "figures" of "report figures" */
+
 /* ---- cli_line.c */
 
 /* argv[0] is the (last word of the) command's name. CLI_OK; or CLI_USAGE with words on stderr.
@@ -83,13 +92,16 @@ const char *cli_value(const struct cli_line *line, const char *name);
 const char *cli_value_at(const struct cli_line *line, const char *name, size_t i);
 bool cli_given(const struct cli_line *line, const char *name);
 
-/* ---- cli_help.c */
+/* ---- cli_help.c, cli_manual.c */
 
 /* "bcd run JOB.json [--workers N] ...", wrapped. */
 void cli_usage(FILE *out, const struct cli_command *command);
 
 /* Usage, words and options of a command on stdout. */
 int cli_help(const struct cli_command *command);
+
+/* bcd(1), malloc'ed; NULL = out of memory. */
+char *cli_manual(void);
 
 /* ---- cli_job.c */
 

@@ -86,6 +86,17 @@ static int print_lines(const struct answer *rows, size_t count)
     return cli_print_take(text_take(&text));
 }
 
+static int print_ids(const struct answer *rows, size_t count)
+{
+    struct text text = {0};
+    const char *key;
+    for (size_t i = 0; i < count; i++) {
+        const char *id = answer_json_text(answer_json_item(rows, i, &key), "id");
+        text_add(&text, "%s\n", id ? id : "");
+    }
+    return cli_print_take(text_take(&text));
+}
+
 static int print_page(struct listing *listing, const struct answer *page, bool first)
 {
     const struct answer *rows = answer_json_at(page, listing->what);
@@ -95,6 +106,8 @@ static int print_page(struct listing *listing, const struct answer *page, bool f
     listing->left -= (int64_t)count;
     if (cli_given(listing->line, "json"))
         return print_lines(rows, count);
+    if (cli_given(listing->line, "ids"))
+        return print_ids(rows, count);
     if (first)
         list_table_choose(&listing->table, rows, count);
     return list_table_print(&listing->table, rows, count, first);
@@ -127,7 +140,8 @@ static int print_pages(struct listing *listing)
         answer_json_free(page);
         free(whole);
     }
-    if (status == CLI_OK && more && !cli_given(listing->line, "json"))
+    if (status == CLI_OK && more && !cli_given(listing->line, "json") &&
+        !cli_given(listing->line, "limit"))
         fprintf(stderr, "there are more: --limit N or --all shows them\n");
     free(cursor);
     return status;
@@ -150,6 +164,7 @@ static const struct cli_option options[] = {
      .value = "PATHS",
      .doc = "these columns instead of the parameters that differ, with commas between: "
             "diameter,derived.time_step,label"},
+    {.name = "ids", .doc = "ids only, one a line: bcd cancel $(bcd list --ids --state queued)"},
     {.name = "limit", .value = "N", .doc = "at most so many (default: 30)", .either = 1},
     {.name = "all", .doc = "all there are", .either = 1},
     {0},
