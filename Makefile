@@ -119,6 +119,13 @@ schema: $B/bcd
 install: all
 	install -D -m 755 $B/bcdd $(DESTDIR)$(PREFIX)/bin/bcdd
 	install -D -m 755 $B/bcd $(DESTDIR)$(PREFIX)/bin/bcd
+	$B/bcd help --man > $B/bcd.1
+	$B/bcd completion bash > $B/bcd.bash
+	$B/bcd completion zsh > $B/_bcd
+	install -D -m 644 $B/bcd.1 $(DESTDIR)$(PREFIX)/share/man/man1/bcd.1
+	install -D -m 644 deploy/bcdd.8 $(DESTDIR)$(PREFIX)/share/man/man8/bcdd.8
+	install -D -m 644 $B/bcd.bash $(DESTDIR)$(PREFIX)/share/bash-completion/completions/bcd
+	install -D -m 644 $B/_bcd $(DESTDIR)$(PREFIX)/share/zsh/site-functions/_bcd
 clean:
 	rm -rf $B
 

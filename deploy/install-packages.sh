@@ -38,6 +38,7 @@ look() {
     need_command curl curl
     need_command jq jq
     need_command sqlite3 sqlite3
+    need_command mandoc mandoc
     need_command node nodejs
     need_command npm npm
     if [ "${1:-}" = long ]; then

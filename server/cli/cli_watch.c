@@ -53,19 +53,21 @@ static int watch(const struct cli_line *line)
 
 /* ------------------------------------------------------------------- events */
 
-/* News of a job: its progress if that is all, else its record is asked for. */
+/* News of a job: its progress if that is all, else its record is asked for. News of nobody
+ * ("lost") concerns all. */
 static void take_event(void *context, const char *name, const char *data)
 {
     struct watch *watch = context;
+    if (strcmp(name, "counts") == 0)
+        return;
     struct answer *event = answer_json_load(data, strlen(data));
     const char *id = answer_json_text(event, "id"), *state = answer_json_text(event, "state");
     double progress = answer_json_number(event, "progress", -1);
-    bool alone =
-        strcmp(name, "progress") == 0 && progress >= 0 && (!state || strcmp(state, "running") == 0);
+    bool moved = progress >= 0 && state && strcmp(state, "running") == 0;
     for (size_t i = 0; i < watch->count; i++) {
         struct watch_item *item = &watch->items[i];
         bool meant = !id || strcmp(id, item->id) == 0;
-        if (meant && alone && !item->sweep)
+        if (meant && moved && !item->sweep)
             watch_item_progress(item, progress);
         else if (meant || item->sweep)
             item->stale = true;

@@ -8,6 +8,7 @@
 
 enum { BAR_MIN = 8, BAR_MAX = 40, WORDS_WIDTH = 34, STATE_WIDTH = 9 };
 
+static void begin_pace(struct watch_item *item);
 static void read_job(struct watch_item *item, const struct answer *record);
 static void read_sweep(struct watch_item *item, const struct answer *record);
 static void add_words(struct text *text, const struct watch_item *item);
@@ -29,18 +30,25 @@ void watch_item_read(struct watch_item *item, const struct answer *record)
         read_sweep(item, record);
     else
         read_job(item, record);
-    if (item->first_ms == 0) {
-        item->first_ms = item->asked_ms;
-        item->first_progress = item->progress;
-    }
+    begin_pace(item);
 }
 
 void watch_item_progress(struct watch_item *item, double progress)
 {
     if (item->ended || !(progress >= item->progress && progress <= 1))
         return;
+    begin_pace(item);
     item->progress = progress;
     snprintf(item->state, sizeof item->state, "running");
+}
+
+/* The pace is taken from when it was first seen, or from when it begins to move. */
+static void begin_pace(struct watch_item *item)
+{
+    if (item->first_ms != 0 && item->progress > 0)
+        return;
+    item->first_ms = cli_now_ms();
+    item->first_progress = item->progress;
 }
 
 static void read_job(struct watch_item *item, const struct answer *record)
@@ -124,7 +132,7 @@ static void add_words(struct text *text, const struct watch_item *item)
     } else if (item->ended && item->good && item->started_ms && item->finished_ms) {
         text_add(text, "%sin ", comma);
         cli_add_duration(text, (double)(item->finished_ms - item->started_ms) / 1000, true);
-    } else if (!item->ended && isfinite(left)) {
+    } else if (!item->ended && isfinite(left) && left >= 0.5) {
         text_add(text, "%s", comma);
         cli_add_duration(text, left, true);
         text_add(text, " left");
