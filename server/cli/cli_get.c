@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { LINES_MAX = 60, CSV_COLUMNS_MAX = 64 };
+enum { LINES_MAX = 100, LIST_WIDTH = 60, CSV_COLUMNS_MAX = 64 };
 
 static int print_record(const struct cli_line *line, struct client *client, const char *path);
 static int print_table(const struct cli_line *line, struct client *client, const char *path);
@@ -101,6 +101,20 @@ struct lines {
     size_t count;
 };
 
+/* A long list keeps its beginning, in place. */
+static void cut_list(char *words, size_t count)
+{
+    char end[48];
+    int size = snprintf(end, sizeof end, "... (%zu values)", count);
+    if (strlen(words) <= LIST_WIDTH)
+        return;
+    for (size_t i = LIST_WIDTH - (size_t)size; i > 0; i--)
+        if (words[i] == ',') {
+            memcpy(words + i + 1, end, (size_t)size + 1);
+            return;
+        }
+}
+
 static void print_line(void *context, const char *path, const struct answer *value)
 {
     struct lines *lines = context;
@@ -119,6 +133,8 @@ static void print_line(void *context, const char *path, const struct answer *val
         text_add(&text, " ago)");
     }
     char *words = text_take(&text);
+    if (words && answer_json_count(value) > 0)
+        cut_list(words, answer_json_count(value));
     cli_put_clean(stdout, path);
     for (size_t width = strlen(path); width < 30; width++)
         putchar(' ');
@@ -136,7 +152,7 @@ static int print_record(const struct cli_line *line, struct client *client, cons
     struct lines lines = {0};
     int status = cli_server_read(line, client, line->operand[0], &request, &record);
     if (status == CLI_OK)
-        answer_json_scalars(record, &lines, print_line);
+        answer_json_leaves(record, &lines, print_line);
     if (lines.count > LINES_MAX)
         printf("and %zu more; --json shows all\n", lines.count - LINES_MAX);
     answer_json_free(record);

@@ -102,8 +102,8 @@ static int send_order(const struct cli_line *line, const struct order *order)
     client_key(key);
     const struct client_request request = {.method = "POST",
                                            .path = order->path,
-                                           .body = order->body ? order->body : "{}",
-                                           .body_size = order->body ? strlen(order->body) : 2,
+                                           .body = order->body,
+                                           .body_size = order->body ? strlen(order->body) : 0,
                                            .key = order->keyed ? key : NULL,
                                            .once = !order->keyed};
     if (status == CLI_OK)

@@ -39,13 +39,14 @@ static int create(const struct cli_line *line)
     const char *expires = cli_value(line, "expires");
     struct client *client = NULL;
     struct answer *answer = NULL;
+    const char *role = cli_value(line, "role");
     int64_t seconds;
     if (expires && !parse_span(expires, &seconds))
         return cli_wrong(line->command, "--expires is like 12h or 30d, at most %d days; not \"%s\"",
                          DAYS_MAX, expires);
     const struct request_member members[] = {
         {.name = "owner", .text = line->operand[0]},
-        {.name = "role", .text = cli_value(line, "role")},
+        {.name = "role", .text = role ? role : "submitter"},
         {.name = "name", .text = cli_value(line, "name")},
         {.name = "expires_in", .number = expires ? &seconds : NULL}};
     char *body = request_json_members(members, sizeof members / sizeof *members);
@@ -211,7 +212,8 @@ static int whoami(const struct cli_line *line)
 static const struct cli_option create_options[] = {
     {.name = "role",
      .value = "ROLE",
-     .doc = "what it may do: read; also submit; also cancel what is others'; everything",
+     .doc = "what it may do: read; also submit; also cancel what is others'; everything "
+            "(default: submitter)",
      .choices = "reader submitter operator admin"},
     {.name = "name", .value = "TEXT", .doc = "what it is for"},
     {.name = "expires", .value = "SPAN", .doc = "when it ends: 12h, 30d (default: never)"},
@@ -228,6 +230,7 @@ static const struct cli_command token_create = {
     .least = 1,
     .most = 1,
     .doc = "makes a token for somebody and prints it, this once",
+    .text = "From the first one on, which must be an administrator's, every request needs one.",
     .options = create_options,
     .server = true,
     .function = create,

@@ -121,7 +121,7 @@ static void choose_differing(struct list_table *table, const struct answer *rows
     if (table->sweeps)
         return;
     for (size_t i = 0; i < count; i++)
-        answer_json_scalars(answer_json_at(answer_json_item(rows, i, &key), "job"), table,
+        answer_json_leaves(answer_json_at(answer_json_item(rows, i, &key), "job"), table,
                             take_scalar);
     for (size_t i = 0; i < table->count; i++) {
         struct list_column *column = &table->column[i];

@@ -92,8 +92,8 @@ void answer_json_add(struct text *text, const struct answer *answer)
 }
 
 /* Depth first, without recursion: where it is at each depth. */
-void answer_json_scalars(const struct answer *answer, void *context,
-                         void (*take)(void *context, const char *path, const struct answer *value))
+void answer_json_leaves(const struct answer *answer, void *context,
+                        void (*take)(void *context, const char *path, const struct answer *value))
 {
     struct {
         const struct answer *whole;
@@ -111,13 +111,10 @@ void answer_json_scalars(const struct answer *answer, void *context,
         }
         const struct answer *item = answer_json_item(at[d].whole, at[d].next, &key);
         const json_t *value = value_of(item);
-        if (*key)
-            snprintf(path + length, sizeof path - length, "%s%s", length ? "." : "", key);
-        else
-            snprintf(path + length, sizeof path - length, "%s%zu", length ? "." : "", at[d].next);
+        snprintf(path + length, sizeof path - length, "%s%s", length ? "." : "", key);
         at[d].next++;
-        if (!json_is_object(value) && !json_is_array(value)) {
-            if (!json_is_null(value))
+        if (!json_is_object(value)) {
+            if (!json_is_null(value) && !(json_is_array(value) && json_array_size(value) == 0))
                 take(context, path, item);
         } else if (depth <= LIMIT_JSON_DEPTH_MAX) {
             at[depth].whole = item;

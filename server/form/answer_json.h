@@ -35,8 +35,9 @@ const struct answer *answer_json_item(const struct answer *answer, size_t i, con
 /* Compact JSON; a string without its quotes, null as nothing. */
 void answer_json_add(struct text *text, const struct answer *answer);
 
-/* Calls `take` for every number, string, true and false in it, with its path. */
-void answer_json_scalars(const struct answer *answer, void *context,
-                         void (*take)(void *context, const char *path, const struct answer *value));
+/* Calls `take` for everything within its objects that is neither an object nor null nor empty, with
+ * its path. */
+void answer_json_leaves(const struct answer *answer, void *context,
+                        void (*take)(void *context, const char *path, const struct answer *value));
 
 #endif
