@@ -9,10 +9,12 @@
 #define WORK "/v1/reports/work-precision"
 
 #define JSON "application/json"
-#define CSV "text/csv"
-#define SVG "image/svg+xml"
-#define SSE "text/event-stream"
-#define SAME {304, ""} /* for If-None-Match */
+/* With no schema of its own. */
+#define CSV "text/csv", NULL
+#define SVG "image/svg+xml", NULL
+#define SSE "text/event-stream", NULL
+#define PLAIN "text/plain", NULL
+#define SAME {304, "", NULL} /* for If-None-Match */
 #define P(name) ROUTE_PROBLEM(name)
 
 #define EXAMPLE_JOB                                                                                \
@@ -109,7 +111,7 @@ static const struct route routes[] = {
      "does it take jobs", "503 names what is wrong: store, disk, workers, server.",
      .answers = {{200, JSON, "Status"}}},
     {"GET", "/metrics", ROLE_READER, handle_service_metrics, "getMetrics",
-     "counters and gauges for Prometheus", .answers = {{200, "text/plain"}}},
+     "counters and gauges for Prometheus", .answers = {{200, PLAIN}}},
     {"GET", "/v1/schema/job", ROLE_NONE, handle_service_schema, "getJobSchema",
      "JSON Schema of a job", .answers = {{200, "application/schema+json", "Schema"}}},
     {"GET", "/openapi.json", ROLE_NONE, handle_service_openapi, "getDescription",
