@@ -264,8 +264,8 @@ static void add_components(struct text *text)
     for (int status = 400; status < 600; status++) {
         bool any = false;
         for (int p = 0; p < PROBLEMS; p++) {
-            if (reply_problem_status(p) != status)
-                continue;
+            if (reply_problem_status(p) != status || p == PROBLEM_METHOD)
+                continue; /* no operation answers that a method is not there */
             text_add(text, any ? "; %s" : "%s\"problem%d\":{\"description\":\"",
                      any ? reply_problem_title(p) : separator, status);
             if (!any)

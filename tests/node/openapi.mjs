@@ -2,11 +2,12 @@
 // openapi.mjs - the API's description is OpenAPI 3.1, complete in itself, and served.
 import { readFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
-import { ask, expect, finish, modules, readJson, test, validator } from './tools.mjs';
+import { ask, expect, finish, modules, readJson, require, test, validator } from './tools.mjs';
 import { deref } from './jobs.mjs';
 
 const { Validator } = await import(
   pathToFileURL(`${modules}/@seriousme/openapi-schema-validator/index.js`));
+const { lint, createConfig } = require('@redocly/openapi-core');
 const text = readFileSync('schema/openapi.json', 'utf8');
 const document = readJson('schema/openapi.json');
 
@@ -23,6 +24,12 @@ await test('it is OpenAPI 3.1', async () => {
   expect(checker.version === '3.1', checker.version);
 });
 
+await test('a linter has nothing against it', async () => {
+  const config = await createConfig({ extends: ['recommended-strict'] });
+  const problems = await lint({ ref: 'schema/openapi.json', config });
+  expect(problems.length === 0, problems.map((p) => [p.ruleId, p.message, p.location[0]?.pointer]));
+});
+
 function references(value) {
   if (value === null || typeof value !== 'object')
     return [];
@@ -37,7 +44,7 @@ await test('every reference leads somewhere, every component is referred to', ()
     try { found = deref(ref, document); } catch { /* told below */ }
     expect(found !== undefined, `${ref} is missing: schema/components.json`);
   }
-  for (const kind of ['schemas', 'parameters'])
+  for (const kind of ['schemas', 'parameters', 'responses'])
     for (const name of Object.keys(document.components[kind]))
       expect(used.has(`#/components/${kind}/${name}`), `${kind}/${name} is used nowhere`);
 });

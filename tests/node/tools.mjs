@@ -10,7 +10,7 @@ import { resolve } from 'node:path';
 import { readFileSync } from 'node:fs';
 
 const build = process.env.B ?? 'build';
-const require = createRequire(resolve(build, 'node', 'package.json'));
+export const require = createRequire(resolve(build, 'node', 'package.json'));
 const formats = require('ajv-formats').default;
 const { default: Ajv2020 } = require('ajv/dist/2020.js');
 export const fc = require('fast-check');
