@@ -260,6 +260,16 @@ await test('paths that are not in the document are not there', () =>
 const step = fc.record({ what: fc.constantFrom('submit', 'submit', 'get', 'cancel', 'results', 'wait', 'list'),
                          seed: fc.integer({ min: 1, max: 4 }) });
 let base = 1000;
+await test('all that was submitted can be cancelled', async () => {
+  for (const state of ['queued', 'running'])
+    for (let more = true; more;) {
+      const { json } = await ask('GET', `/v1/jobs?state=${state}&limit=1000`, { headers: owned });
+      more = json.jobs.length === 1000;
+      for (const { id } of json.jobs)
+        await call('cancelJob', id);
+    }
+});
+
 await test('jobs keep to their states, whatever is asked in whatever order', () =>
   forAll(8, fc.array(step, { minLength: 3, maxLength: 14 }), async (steps) => {
     base += 10;
