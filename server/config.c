@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "config.h"
-#include "http_guard.h"
 #include "limits.h"
 
 #include <arpa/inet.h>
@@ -11,19 +10,25 @@
 
 static const char *option_value(const char *name, char *const **argument);
 static bool parse_listen(const char *text, struct config *config, char *reason, size_t size);
+static bool add_name(const char *name, struct config *config, char *reason, size_t size);
 static bool parse_count(const char *text, unsigned long max, unsigned long *value);
 static size_t cores(void);
 
 const char *config_usage(void)
 {
-    return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--log all|changes]\n"
+    return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--auth MODE]\n"
+           "            [--host-name NAME] [--log all|changes]\n"
+           "       bcdd token create|list|revoke --help\n"
            "Brownian cluster dynamics as a service: jobs in over HTTP, results out.\n"
            "\n"
            "  --data DIR          where jobs and results are kept; created when missing\n"
-           "  --listen HOST:PORT  loopback address to listen on (127.0.0.1:8080); port 0 picks "
-           "one\n"
+           "  --listen HOST:PORT  address to listen on (127.0.0.1:8080); port 0 picks one. An\n"
+           "                      address that others can reach needs an admin's token first\n"
            "  --workers N         threads that simulate (as many as there are cores)\n"
            "  --log all|changes   requests in the log: all, or without reads that go well (all)\n"
+           "  --auth MODE         auto: on loopback nobody needs a token until there is one;\n"
+           "                      required: everybody does; open: nobody, on loopback only\n"
+           "  --host-name NAME    a name that clients call this server by; may be repeated\n"
            "  --version           print the version\n"
            "  --help              print this\n";
 }
@@ -57,6 +62,14 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
                          LIMIT_WORKERS_MAX, value);
                 return CONFIG_WRONG;
             }
+        } else if ((value = option_value("--auth", &argument))) {
+            if (!access_mode_parse(value, &config->auth)) {
+                snprintf(reason, size, "--auth takes auto, required or open, not \"%s\"", value);
+                return CONFIG_WRONG;
+            }
+        } else if ((value = option_value("--host-name", &argument))) {
+            if (!add_name(value, config, reason, size))
+                return CONFIG_WRONG;
         } else {
             snprintf(reason, size, "\"%s\" is no option, or lacks its value", name);
             return CONFIG_WRONG;
@@ -105,17 +118,26 @@ static bool parse_listen(const char *text, struct config *config, char *reason, 
                  text);
         return false;
     }
-    if (!http_guard_loopback(host)) {
-        snprintf(reason, size,
-                 "%s can be reached from other machines, and whoever reaches this server may use "
-                 "it: there is no access control yet. Listen on 127.0.0.1 and let ssh or a proxy "
-                 "forward to it",
-                 host);
-        return false;
-    }
     snprintf(config->host, sizeof(config->host), "%s", host);
     config->port = (uint16_t)port;
     return true;
+}
+
+/* One more name; what it is made of is what names of machines are made of. */
+static bool add_name(const char *name, struct config *config, char *reason, size_t size)
+{
+    size_t count = 0, length = strlen(name);
+    while (config->names[count])
+        count++;
+    if (count == LIMIT_HOST_NAMES_MAX)
+        snprintf(reason, size, "--host-name is possible %d times", LIMIT_HOST_NAMES_MAX);
+    else if (length == 0 || length > 253 ||
+             strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789.-") !=
+                 length)
+        snprintf(reason, size, "--host-name takes a name without a port, not \"%s\"", name);
+    else
+        config->names[count] = name;
+    return config->names[count] != NULL;
 }
 
 static bool parse_count(const char *text, unsigned long max, unsigned long *value)

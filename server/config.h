@@ -3,16 +3,21 @@
 #ifndef CONFIG_H
 #define CONFIG_H
 
+#include "access.h"
+#include "limits.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 struct config {
-    char host[64];    /* numeric address on loopback */
+    char host[64];    /* numeric address */
     uint16_t port;    /* 0 = pick a free one */
     const char *data; /* borrowed from argv */
     size_t workers;
     bool log_reads; /* a line in the log for each request, not only for those that change or fail */
+    enum access_mode auth;
+    const char *names[LIMIT_HOST_NAMES_MAX + 1]; /* borrowed; NULL ends them */
 };
 
 enum config_action { CONFIG_RUN, CONFIG_HELP, CONFIG_VERSION, CONFIG_WRONG };

@@ -8,10 +8,12 @@
 #include "bcd.h"
 #include "config.h"
 #include "handle.h"
+#include "http_guard.h"
 #include "log.h"
 #include "metrics.h"
 #include "record_json.h"
 #include "routes.h"
+#include "token.h"
 #include "worker.h"
 
 #include <gsl/gsl_errno.h>
@@ -34,6 +36,8 @@ int main(int argc, char **argv)
 {
     struct config config;
     char reason[512];
+    if (argc > 1 && strcmp(argv[1], "token") == 0)
+        return token_main(argc, argv);
     switch (config_parse(argc, argv, &config, reason, sizeof(reason))) {
     case CONFIG_HELP:
         fputs(config_usage(), stdout);
@@ -63,7 +67,9 @@ static int serve(const struct config *config)
     int result = EXIT_FAILED, number = 0;
     sigset_t ending;
     block_signals(&ending);
-    if (store_open(&service.store, config->data, reason, sizeof(reason)) != STORE_OK)
+    if (store_open(&service.store, config->data, reason, sizeof(reason)) != STORE_OK ||
+        access_create(&service.access, service.store, config->auth,
+                      http_guard_loopback(config->host), reason, sizeof(reason)) != STORE_OK)
         goto cleanup;
     if (queue_create(&service.queue, service.store) != STORE_OK ||
         queue_recover(service.queue) != STORE_OK)
@@ -79,6 +85,7 @@ static int serve(const struct config *config)
         goto cleanup;
     }
     const struct http_options options = {.host = config->host,
+                                         .names = config->names,
                                          .port = config->port,
                                          .handler = routes_dispatch,
                                          .observer = observe,
@@ -105,6 +112,7 @@ cleanup:
     workers_stop(service.workers);
     feed_free(service.feed);
     queue_free(service.queue);
+    access_free(service.access);
     store_close(service.store);
     return result;
 }

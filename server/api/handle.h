@@ -8,6 +8,7 @@
 #ifndef HANDLE_H
 #define HANDLE_H
 
+#include "access.h"
 #include "feed.h"
 #include "http.h"
 #include "identity.h"
@@ -26,6 +27,7 @@ enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 struct service {
     struct store *store;
     struct queue *queue;
+    struct access *access; /* NULL = everybody is OWNER_LOCAL, and may do everything */
     struct feed *feed;
     atomic_flag *theory;           /* set while one is computed; NULL = no limit */
     struct report_keeper *reports; /* NULL = there are none */
@@ -51,6 +53,9 @@ typedef void handler(const struct service *service, const struct call *call, str
 handler handle_jobs_submit, handle_jobs_list, handle_jobs_get, handle_jobs_cancel;
 handler handle_jobs_estimate, handle_jobs_theory;
 
+/* Whether the body is called JSON; false with the reply filled. */
+bool handle_jobs_media(const struct request *request, struct reply *reply);
+
 /* 0..1: the queue knows of chunks in motion, the record of those put away. */
 double handle_jobs_progress(const struct service *service, const struct job_record *record);
 
@@ -67,6 +72,10 @@ void handle_events_hold(const struct service *service, int64_t seq, const struct
 
 /* handle_results.c */
 handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;
+
+/* handle_people.c */
+handler handle_people_token_create, handle_people_token_list, handle_people_token_revoke;
+handler handle_people_me, handle_people_owners, handle_people_owner_put, handle_people_audit;
 
 /* handle_reports.c */
 handler handle_reports_json, handle_reports_csv, handle_reports_svg, handle_reports_measure;

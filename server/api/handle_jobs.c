@@ -4,6 +4,7 @@
 #include "record_json.h"
 #include "reply.h"
 #include "scene_json.h"
+#include "store_audit.h"
 #include "store_jobs.h"
 #include "theory_print.h"
 
@@ -37,7 +38,9 @@ static void print_list(const struct service *service, struct job_record *records
 void handle_jobs_submit(const struct service *service, const struct call *call, struct reply *reply)
 {
     struct ticket ticket = {0};
-    struct job_new job = {.idempotency_key = call->request->idempotency_key, .ticket = &ticket};
+    struct job_new job = {.idempotency_key = call->request->idempotency_key,
+                          .ticket = &ticket,
+                          .by = &call->identity};
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
     struct job_record record = {0};
@@ -137,14 +140,37 @@ static void etag_of(const struct job_record *record, char etag[ETAG_SIZE])
     snprintf(etag, ETAG_SIZE, "%s-%" PRIx64 "-" BCD_VERSION, record->id, record->finished_ms);
 }
 
+/* Submitters cancel their own jobs, operators anybody's. */
+static bool may_cancel(const struct service *service, const struct call *call, struct reply *reply)
+{
+    struct job_record record = {0};
+    if (call->identity.role >= ROLE_OPERATOR)
+        return true;
+    enum store_status status = store_jobs_get(service->store, call->arg[0], &record);
+    bool own = status == STORE_OK && strcmp(record.ticket.owner, call->identity.owner) == 0;
+    if (status != STORE_OK)
+        reply_store(reply, status, "such job");
+    else if (!own)
+        reply_problem(reply, PROBLEM_ROLE,
+                      "job %s belongs to %s: only they, and operators, can cancel it", record.id,
+                      record.ticket.owner);
+    job_record_fini(&record);
+    return own;
+}
+
 void handle_jobs_cancel(const struct service *service, const struct call *call, struct reply *reply)
 {
     const char *id = call->arg[0];
     struct job_record record = {0};
+    if (!may_cancel(service, call, reply))
+        return;
     /* The store first: what it says stands, and the queue only saves the work. */
     enum store_status cancelled = store_jobs_cancel(service->store, id);
-    if (cancelled == STORE_OK)
+    if (cancelled == STORE_OK) {
         queue_cancel(service->queue, id);
+        store_audit_write(service->store,
+                          &(struct audit_new){&call->identity, "job.cancel", id, ""});
+    }
     enum store_status status = cancelled;
     if (cancelled == STORE_OK || cancelled == STORE_CONFLICT)
         status = store_jobs_get(service->store, id, &record);
@@ -190,16 +216,22 @@ static bool read_scene(const struct request *request, struct bcd_scene **scene,
                        struct ticket *ticket, struct reply *reply)
 {
     struct bcd_errors errors = {0};
-    if (!media_json(request->content_type)) {
-        reply_problem(reply, PROBLEM_MEDIA_TYPE, "Content-Type should be application/json");
+    if (!handle_jobs_media(request, reply))
         return false;
-    }
     enum bcd_status status =
         ticket ? scene_json_parse_ticket(request->body, request->body_size, scene, ticket, &errors)
                : scene_json_parse(request->body, request->body_size, scene, &errors);
     if (status != BCD_OK)
         reply_bcd(reply, status, &errors);
     return status == BCD_OK;
+}
+
+bool handle_jobs_media(const struct request *request, struct reply *reply)
+{
+    if (media_json(request->content_type))
+        return true;
+    reply_problem(reply, PROBLEM_MEDIA_TYPE, "Content-Type should be application/json");
+    return false;
 }
 
 /* Also what `curl -d` says when it is not told otherwise. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #define JOB "/v1/jobs/{id}"
+#define TOKEN "/v1/tokens/{id}"
 #define WORK "/v1/reports/work-precision"
 
 #define JSON "application/json"
@@ -21,6 +22,9 @@
     "{\"particles\":10,\"length\":20,\"diameter\":0.5,"                                            \
     "\"potential\":{\"type\":\"cosine\",\"amplitude\":6},\"initial\":\"equilibrium\",\"time\":2,"  \
     "\"observables\":{\"density\":{\"bins\":20},\"energy\":{}}}"
+
+#define EXAMPLE_TOKEN                                                                              \
+    "{\"owner\":\"anna\",\"role\":\"submitter\",\"name\":\"laptop\",\"expires_in\":7776000}"
 
 static const struct query_row submit_query[] = {
     {"force", QUERY_BOOLEAN, .doc = "true runs the job anew although the same one stands"},
@@ -42,6 +46,15 @@ static const struct query_row get_query[] = {
 
 static const struct query_row events_query[] = {
     {"owner", QUERY_TEXT, .doc = "of this owner's jobs only"},
+    {0},
+};
+
+static const struct query_row audit_query[] = {
+    {"owner", QUERY_TEXT, .doc = "who did it"},
+    {"action", QUERY_TEXT, .doc = "job.submit, job.cancel, token.create, ..."},
+    {"object", QUERY_TEXT, .doc = "id of the job, sweep, token or owner"},
+    {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
+    {"cursor", QUERY_INTEGER, .min = 1, .max = 1e15, .doc = "\"next\" of the page before"},
     {0},
 };
 
@@ -105,6 +118,27 @@ static const struct route routes[] = {
      .answers = {{202, JSON, "ReportState"}}, .problems = P(MEASURING)},
     {"DELETE", WORK, ROLE_OPERATOR, handle_reports_stop, "stopWorkPrecision",
      "stop measuring it", .answers = {{200, JSON, "ReportState"}}, .problems = P(MEASURING)},
+    {"GET", "/v1/me", ROLE_READER, handle_people_me, "getMe",
+     "who you are, what you may use and have used", .answers = {{200, JSON, "Me"}}},
+    {"POST", "/v1/tokens", ROLE_ADMIN, handle_people_token_create, "createToken",
+     "make a token; the answer shows it, and nothing ever will again",
+     "From the first token on every request needs one. The first must be an admin's.",
+     .body = "TokenRequest", .example = EXAMPLE_TOKEN,
+     .answers = {{201, JSON, "NewToken"}}, .problems = P(TOKENS) | P(DISK_FULL)},
+    {"GET", "/v1/tokens", ROLE_ADMIN, handle_people_token_list, "listTokens",
+     "all tokens there ever were, without what is secret",
+     .answers = {{200, JSON, "TokenList"}}},
+    {"DELETE", TOKEN, ROLE_ADMIN, handle_people_token_revoke, "revokeToken",
+     "revoke a token", .answers = {{200, JSON, "Token"}}, .problems = P(TOKENS) | P(DISK_FULL)},
+    {"GET", "/v1/owners", ROLE_ADMIN, handle_people_owners, "listOwners",
+     "who has jobs or quotas", .answers = {{200, JSON, "OwnerList"}}},
+    {"PUT", "/v1/owners/{owner}", ROLE_ADMIN, handle_people_owner_put, "setQuotas",
+     "set an owner's quotas; those not named become the server's defaults",
+     .body = "Quotas", .example = "{\"queued_points\":100000,\"stored_bytes\":1e10}",
+     .answers = {{200, JSON, "Owner"}}, .problems = P(DISK_FULL)},
+    {"GET", "/v1/audit", ROLE_ADMIN, handle_people_audit, "listAudit",
+     "who did what, newest first; ?owner= &action= &object= &limit= &cursor=",
+     .query = audit_query, .answers = {{200, JSON, "AuditList"}}},
     {"GET", "/healthz", ROLE_NONE, handle_service_health, "getHealth",
      "is the server alive", .answers = {{200, JSON, "Status"}}},
     {"GET", "/readyz", ROLE_NONE, handle_service_ready, "getReadiness",

@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-static struct identity identify(const struct request *request);
-static void refuse_role(const struct call *call, enum role needed, struct reply *reply);
+static bool let_in(const struct service *service, const struct route *route, struct call *call,
+                   struct reply *reply);
 static bool query_fits(const struct route *route, const struct request *request,
                        struct reply *reply);
 static bool match(const char *pattern, const char *path, struct call *call);
@@ -17,10 +17,9 @@ static void add_allowed(char *allow, size_t size, const char *method);
 void routes_dispatch(void *service, const struct request *request, struct reply *reply)
 {
     const char *method = strcmp(request->method, "HEAD") == 0 ? "GET" : request->method;
-    struct call call = {.request = request, .identity = identify(request)};
+    struct call call = {.request = request};
     char allow[sizeof(reply->allow)] = "";
     const struct route *route;
-    snprintf(reply->owner, sizeof(reply->owner), "%s", call.identity.owner);
     for (size_t i = 0; (route = routes_at(i)); i++) {
         if (!match(route->pattern, request->path, &call))
             continue;
@@ -29,9 +28,7 @@ void routes_dispatch(void *service, const struct request *request, struct reply 
             continue;
         }
         reply->route = route->pattern;
-        if (call.identity.role < route->role)
-            refuse_role(&call, route->role, reply);
-        else if (query_fits(route, request, reply))
+        if (let_in(service, route, &call, reply) && query_fits(route, request, reply))
             route->handle(service, &call, reply);
         return;
     }
@@ -42,19 +39,27 @@ void routes_dispatch(void *service, const struct request *request, struct reply 
                       "there is nothing at this path; GET / lists the paths");
 }
 
-static struct identity identify(const struct request *request)
+/* False, with the reply filled, when this route is not for who asks. */
+static bool let_in(const struct service *service, const struct route *route, struct call *call,
+                   struct reply *reply)
 {
-    (void)request;
-    return (struct identity){.owner = OWNER_LOCAL, .role = ROLE_ADMIN};
-}
-
-static void refuse_role(const struct call *call, enum role needed, struct reply *reply)
-{
-    if (call->identity.role == ROLE_NONE)
-        reply_problem(reply, PROBLEM_WHO, "send a token: Authorization: Bearer bcd_...");
+    const char *why = "";
+    if (service->access)
+        call->identity = access_identify(service->access, call->request, &why);
     else
+        call->identity = (struct identity){.owner = OWNER_LOCAL, .role = ROLE_ADMIN};
+    snprintf(reply->owner, sizeof(reply->owner), "%s", call->identity.owner);
+    if (call->identity.role >= route->role)
+        return true;
+    if (call->identity.role == ROLE_NONE) {
+        access_note_refusal(service->access, route->pattern, why);
+        reply_problem(reply, PROBLEM_WHO, "%s", why);
+    } else {
         reply_problem(reply, PROBLEM_ROLE, "this is for role %s and above; %s has role %s",
-                      role_name(needed), call->identity.owner, role_name(call->identity.role));
+                      role_name(route->role), call->identity.owner, role_name(call->identity.role));
+    }
+    snprintf(reply->owner, sizeof(reply->owner), "%s", call->identity.owner);
+    return false;
 }
 
 static bool query_fits(const struct route *route, const struct request *request,
@@ -87,11 +92,14 @@ static bool match(const char *pattern, const char *path, struct call *call)
     return *path == '\0';
 }
 
-/* Takes from the path what {id} or {name} may stand for; its length, 0 when there is none. */
+/* Takes from the path what {id}, {owner} or {name} may stand for; its length, 0 when there is none.
+ */
 static size_t capture(const char *kind, const char *path, char arg[CALL_ARG_SIZE])
 {
-    const char *allowed = strncmp(kind, "{id}", 4) == 0 ? "abcdefghijklmnopqrstuvwxyz0123456789-"
-                                                        : "abcdefghijklmnopqrstuvwxyz0123456789_";
+    bool id = strncmp(kind, "{id}", 4) == 0, owner = strncmp(kind, "{owner}", 7) == 0;
+    const char *allowed = owner ? "abcdefghijklmnopqrstuvwxyz0123456789_-"
+                          : id  ? "abcdefghijklmnopqrstuvwxyz0123456789-"
+                                : "abcdefghijklmnopqrstuvwxyz0123456789_";
     size_t length = strspn(path, allowed);
     if (length >= CALL_ARG_SIZE)
         return 0;

@@ -43,8 +43,8 @@ enum { ROUTE_ANSWERS_MAX = 4 };
 
 struct route {
     const char *method; /* "GET" stands for HEAD too */
-    /* Literal text with {id} for [a-z0-9-]+ and {name} for [a-z0-9_]+. No other path can match, so
-     * nothing needs decoding or cleaning. */
+    /* Literal text with {id} for [a-z0-9-]+, {name} for [a-z0-9_]+ and {owner} for both. No other
+     * path can match, so nothing needs decoding or cleaning. */
     const char *pattern;
     enum role role; /* the least that may ask; ROLE_NONE = anybody */
     handler *handle;

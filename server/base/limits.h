@@ -41,6 +41,7 @@ enum {
     LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */
     LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
     LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */
+    LIMIT_HOST_NAMES_MAX = 16,             /* --host-name */
     LIMIT_TOKENS_MAX = 1000,               /* that are neither revoked nor expired */
     LIMIT_TOKEN_DAYS_MAX = 3650,
     LIMIT_TOKEN_NAME_CHARACTERS_MAX = 100,

@@ -8,7 +8,6 @@
 #include <time.h>
 
 static void add_record(struct text *text, const struct record_view *view);
-static void add_time(struct text *text, const char *name, int64_t ms);
 
 char *record_json_print(const struct record_view *view)
 {
@@ -72,9 +71,9 @@ static void add_record(struct text *text, const struct record_view *view)
     ticket_json_add(text, &record->ticket);
     text_add(text, ",\"state\":\"%s\",\"progress\":", job_state_name(record->state));
     text_add_number(text, view->progress);
-    add_time(text, "submitted_at", record->submitted_ms);
-    add_time(text, "started_at", record->started_ms);
-    add_time(text, "finished_at", record->finished_ms);
+    record_json_add_time(text, "submitted_at", record->submitted_ms);
+    record_json_add_time(text, "started_at", record->started_ms);
+    record_json_add_time(text, "finished_at", record->finished_ms);
     text_add(text, ",\"job\":%s,\"derived\":%s,\"error\":", record->job, record->derived);
     if (record->error)
         text_add_json_string(text, record->error);
@@ -83,13 +82,13 @@ static void add_record(struct text *text, const struct record_view *view)
     if (view->origin != RECORD_PLAIN)
         text_add(text, ",\"deduplicated\":%s",
                  view->origin == RECORD_DEDUPLICATED ? "true" : "false");
-    text_add(text, ",\"links\":{\"self\":\"/v1/jobs/%s\",\"results\":\"/v1/jobs/%s/results\","
+    text_add(text,
+             ",\"links\":{\"self\":\"/v1/jobs/%s\",\"results\":\"/v1/jobs/%s/results\","
              "\"events\":\"/v1/jobs/%s/events\"}}",
              record->id, record->id, record->id);
 }
 
-/* ISO 8601, UTC, milliseconds. */
-static void add_time(struct text *text, const char *name, int64_t ms)
+void record_json_add_time(struct text *text, const char *name, int64_t ms)
 {
     text_add(text, ",\"%s\":", name);
     struct tm utc;

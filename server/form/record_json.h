@@ -8,6 +8,7 @@
 
 #include "bcd.h"
 #include "store_jobs.h"
+#include "text.h"
 
 /* A record and what only the moment knows. */
 struct record_view {
@@ -22,6 +23,9 @@ char *record_json_print_list(const struct record_view *views, size_t count, int6
 
 /* {"memory_bytes":..,"result_bytes":..,...}; of a job that this many chunks are made of. */
 char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks);
+
+/* ,"name":"2026-01-31T12:00:00.123Z" (UTC), null for 0. */
+void record_json_add_time(struct text *text, const char *name, int64_t ms);
 
 /* Seeds the JSON library's hash, before there are threads: keys from outside must not collide at
  * will. */

@@ -73,8 +73,8 @@ struct reply {
     size_t body_size;
     struct stream stream; /* in the place of body, when it has a `read` */
     struct hold hold;     /* in the place of everything, when it has a `ready` */
-    char location[96]; /* Location header, or "" */
-    char allow[48];    /* Allow header (405), or "" */
+    char location[96];    /* Location header, or "" */
+    char allow[48];       /* Allow header (405), or "" */
     const char *cache_control;
     const char *retry_after; /* seconds, or NULL */
     char etag[64];           /* ETag with its quotes, or "" */
@@ -98,14 +98,16 @@ typedef void http_observer(void *context, const struct http_done *done);
 typedef void http_handler(void *context, const struct request *request, struct reply *reply);
 
 struct http_options {
-    const char *host;       /* numeric address */
-    uint16_t port;          /* 0 = pick a free one */
-    int64_t request_age_ms; /* 0 = LIMIT_REQUEST_AGE_MS_MAX; less is for tests */
+    const char *host; /* numeric address */
+    const char *const
+        *names;              /* other names of this server, borrowed; NULL ends them. May be NULL */
+    uint16_t port;           /* 0 = pick a free one */
+    int64_t request_age_ms;  /* 0 = LIMIT_REQUEST_AGE_MS_MAX; less is for tests */
     int64_t stream_stall_ms; /* 0 = LIMIT_STREAM_STALL_MS_MAX */
     http_handler *handler;
     bool log_reads;          /* a line in the log for each GET that goes well, too */
     http_observer *observer; /* may be NULL */
-    void *context; /* handed to both; shared by all threads of the server */
+    void *context;           /* handed to both; shared by all threads of the server */
 };
 
 struct http;

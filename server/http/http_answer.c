@@ -88,6 +88,7 @@ static enum MHD_Result add_headers(const struct http *http, const struct exchang
         {MHD_HTTP_HEADER_LOCATION, reply->location[0] ? reply->location : NULL},
         {MHD_HTTP_HEADER_ALLOW, reply->allow[0] ? reply->allow : NULL},
         {MHD_HTTP_HEADER_RETRY_AFTER, reply->status == 503 ? "1" : reply->retry_after},
+        {MHD_HTTP_HEADER_WWW_AUTHENTICATE, reply->status == 401 ? "Bearer realm=\"bcdd\"" : NULL},
         {MHD_HTTP_HEADER_CONNECTION,
          exchange->refused || atomic_load(&http->stopping) ? "close" : NULL},
         {"Content-Security-Policy", drawing ? "default-src 'none'; style-src 'unsafe-inline'"

@@ -19,9 +19,10 @@ bool http_guard_loopback(const char *address)
     return inet_pton(AF_INET6, address, &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
 }
 
-bool http_guard_host(const char *host, const char *listen_address)
+bool http_guard_host(const char *host, const char *listen_address, const char *const *names)
 {
-    if (!http_guard_loopback(listen_address))
+    bool loopback = http_guard_loopback(listen_address);
+    if (!loopback && (!names || !names[0]))
         return true;
     bool bracket = host[0] == '[';
     const char *name = host + bracket;
@@ -31,14 +32,18 @@ bool http_guard_host(const char *host, const char *listen_address)
         return false;
     if (*rest == ':')
         rest += 1 + strspn(rest + 1, "0123456789");
-    char address[INET6_ADDRSTRLEN];
+    char address[256];
     if (*rest != '\0' || length >= sizeof(address))
         return false;
     memcpy(address, name, length);
     address[length] = '\0';
     if (bracket != (strchr(address, ':') != NULL))
         return false;
-    return strcasecmp(address, "localhost") == 0 || http_guard_loopback(address);
+    for (; names && *names; names++)
+        if (strcasecmp(address, *names) == 0)
+            return true;
+    return strcasecmp(address, listen_address) == 0 ||
+           (loopback && (strcasecmp(address, "localhost") == 0 || http_guard_loopback(address)));
 }
 
 bool http_guard_origin(const char *origin, const char *host)

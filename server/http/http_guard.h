@@ -13,10 +13,12 @@
 /* A numeric address of this machine's loopback interface: 127.0.0.0/8 or ::1, without brackets. */
 bool http_guard_loopback(const char *address);
 
-/* Whether a Host header ("localhost:8080", "[::1]") names this server. A server on loopback answers
- * to loopback names and addresses only: a page from elsewhere whose name was made to resolve to
- * 127.0.0.1 (DNS rebinding) still sends its own name. Any port will do, for tunnels. */
-bool http_guard_host(const char *host, const char *listen_address);
+/* Whether a Host header ("localhost:8080", "[::1]") names this server, which goes by `names` (may
+ * be NULL, NULL ends them), by its address, and on loopback by loopback names and addresses: a page
+ * from elsewhere whose name was made to resolve to 127.0.0.1 (DNS rebinding) still sends its own
+ * name. Off loopback, without names, any will do: nobody gets in without a token, and pages have
+ * none. Any port will do, for tunnels. */
+bool http_guard_host(const char *host, const char *listen_address, const char *const *names);
 
 /* Whether a page from `origin` (Origin header) may change things here: only pages of this server.
  */

@@ -76,8 +76,9 @@ void http_receive_headers(struct http *http, struct MHD_Connection *connection, 
         reply_problem(reply, PROBLEM_BAD_REQUEST, "the name of a header has blanks in it");
     else if (seen.hosts > 1 || (seen.hosts == 0 && strcmp(version, MHD_HTTP_VERSION_1_0) != 0))
         reply_problem(reply, PROBLEM_BAD_REQUEST, "there must be one Host header");
-    else if (seen.host && !http_guard_host(seen.host, http->host))
-        reply_problem(reply, PROBLEM_WRONG_HOST, "on loopback, ask for localhost or 127.0.0.1");
+    else if (seen.host && !http_guard_host(seen.host, http->host, http->options.names))
+        reply_problem(reply, PROBLEM_WRONG_HOST,
+                      "ask for localhost or 127.0.0.1, or a name that it was given by --host-name");
     else if (seen.origin && !http_guard_origin(seen.origin, seen.host))
         reply_problem(reply, PROBLEM_FORBIDDEN, "pages of other origins have no access");
     else if (seen.length && strtoull(seen.length, NULL, 10) > LIMIT_BODY_BYTES_MAX)

@@ -25,6 +25,7 @@ static const struct {
     [PROBLEM_NOT_FOUND] = {404, TYPE "not-found", "There is no such thing"},
     [PROBLEM_METHOD] = {405, TYPE "method-not-allowed", "This path has no such method"},
     [PROBLEM_STATE] = {409, TYPE "wrong-state", "The job's state does not allow this"},
+    [PROBLEM_TOKENS] = {409, TYPE "tokens", "The tokens that there are do not allow this"},
     [PROBLEM_MEASURING] = {409, TYPE "measuring", "The report's state does not allow this"},
     [PROBLEM_TOO_LARGE] = {413, TYPE "too-large", "The body is too large"},
     [PROBLEM_MEDIA_TYPE] = {415, TYPE "media-type", "The body must be JSON"},
@@ -87,6 +88,12 @@ void reply_json_take(struct reply *reply, char *json)
 void reply_accepted_take(struct reply *reply, const char *location, char *json)
 {
     fill_take(reply, 202, "application/json", json);
+    snprintf(reply->location, sizeof(reply->location), "%s", location);
+}
+
+void reply_created_take(struct reply *reply, const char *location, char *json)
+{
+    fill_take(reply, 201, "application/json", json);
     snprintf(reply->location, sizeof(reply->location), "%s", location);
 }
 

@@ -22,6 +22,7 @@ enum problem {
     PROBLEM_NOT_FOUND,
     PROBLEM_METHOD,
     PROBLEM_STATE, /* the job is not in a state that allows this */
+    PROBLEM_TOKENS, /* nor are the tokens: nobody could make another */
     PROBLEM_MEASURING, /* neither is the report: it is, or is not, being measured */
     PROBLEM_TOO_LARGE,
     PROBLEM_MEDIA_TYPE,
@@ -43,6 +44,7 @@ const char *reply_problem_title(enum problem problem);
 /* Texts are malloc'ed and taken over; NULL = out of memory. */
 void reply_json_take(struct reply *reply, char *json);
 void reply_accepted_take(struct reply *reply, const char *location, char *json);
+void reply_created_take(struct reply *reply, const char *location, char *json);
 /* Not there yet: a client asks `location` again in a moment. */
 void reply_later_take(struct reply *reply, const char *location, char *json);
 void reply_text_take(struct reply *reply, const char *content_type, char *text);

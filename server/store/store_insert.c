@@ -8,8 +8,7 @@
 #include <string.h>
 #include <sys/random.h>
 
-/* "j" and 80 random bits in base 32: nobody guesses one, and none is made twice. */
-static enum store_status make_id(char id[JOB_ID_SIZE])
+enum store_status store_make_id(char id[JOB_ID_SIZE], char kind)
 {
     static const char digits[] = "abcdefghijklmnopqrstuvwxyz234567";
     unsigned char bits[16];
@@ -18,7 +17,7 @@ static enum store_status make_id(char id[JOB_ID_SIZE])
         log_write(LOG_LEVEL_ERROR, "no_random_bits", LOG_FIELDS(log_integer("errno", errno)));
         return STORE_BROKEN;
     }
-    id[0] = 'j';
+    id[0] = kind;
     for (size_t i = 0; i < sizeof bits; i++)
         id[i + 1] = digits[bits[i] & 31];
     id[sizeof bits + 1] = '\0';
@@ -95,7 +94,7 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
     static const struct ticket local = {.owner = OWNER_LOCAL};
     const struct ticket *ticket = job->ticket ? job->ticket : &local;
     char id[JOB_ID_SIZE];
-    enum store_status status = make_id(id);
+    enum store_status status = store_make_id(id, 'j');
     struct stmt row;
     int changes = 0;
 
@@ -136,6 +135,18 @@ static enum store_status insert_key(sqlite3 *db, const char *key, int64_t seq)
     return stmt_run(&row, NULL);
 }
 
+/* A job that stands nowhere yet, with its line in the audit log. */
+static enum store_status insert_new(sqlite3 *db, const struct job_new *job,
+                                    struct job_record *record)
+{
+    enum store_status status = insert_row(db, job, record);
+
+    if (status == STORE_OK && job->by)
+        status = store_audit_add(
+            db, &(struct audit_new){job->by, "job.submit", record->id, job->force ? "force" : ""});
+    return status;
+}
+
 enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct job_record *record,
                                  bool *existed)
 {
@@ -150,7 +161,7 @@ enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct 
         status = STORE_NOT_FOUND;
     *existed = status == STORE_OK;
     if (status == STORE_NOT_FOUND)
-        status = insert_row(db, job, &found);
+        status = insert_new(db, job, &found);
     if (status == STORE_OK && job->idempotency_key && !known_key)
         status = insert_key(db, job->idempotency_key, found.seq);
     if (status)

@@ -155,4 +155,7 @@ enum store_status store_jobs_why(sqlite3 *db, const char *id);
 
 int64_t store_now_ms(void);
 
+/* A letter and 80 random bits in base 32: nobody guesses one, and none is made twice. */
+enum store_status store_make_id(char id[JOB_ID_SIZE], char kind);
+
 #endif

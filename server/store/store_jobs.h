@@ -46,6 +46,7 @@ struct job_new {
     int64_t chunks;
     const char *idempotency_key;
     double core_seconds, bytes;  /* that it is expected to need, >= 0 */
+    const struct identity *by;   /* for the audit log; borrowed, NULL = no line there */
     const struct ticket *ticket; /* borrowed; NULL = of OWNER_LOCAL, and nothing more */
     bool force;                  /* run anew although the same job stands; the new one then does */
 };

@@ -30,9 +30,8 @@ wrong "workers in words" "--workers" --data "$T/d" --workers two
 wrong "a port too high" "--listen" --data "$T/d" --listen 127.0.0.1:65536
 wrong "no port" "--listen" --data "$T/d" --listen 127.0.0.1
 wrong "a name" "numeric" --data "$T/d" --listen example.org:80
-wrong "every address" "access control" --data "$T/d" --listen 0.0.0.0:0
-wrong "every IPv6 address" "access control" --data "$T/d" --listen '[::]:0'
-wrong "a public address" "access control" --data "$T/d" --listen 192.0.2.1:0
+wrong "a way in that there is not" "required" --data "$T/d" --auth never
+wrong "a name with a port" "--host-name" --data "$T/d" --host-name lab:80
 check "none of these made a directory" test ! -e "$T/d"
 : >"$T/file"
 run --data "$T/file/sub" --listen 127.0.0.1:0

@@ -10,6 +10,7 @@
 
 static void guard_host(void **state)
 {
+    static const char *const names[] = {"bcd.lab.example", "second", NULL};
     (void)state;
     static const char *const good[] = {"localhost", "LOCALHOST:1", "127.0.0.1", "127.0.0.1:65535",
                                        "127.8.8.8", "[::1]",       "[::1]:80",  "localhost:"};
@@ -28,11 +29,22 @@ static void guard_host(void **state)
                                       "127.0.0.1:80:80",
                                       "127.1"};
     for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
-        assert_true(http_guard_host(good[i], "127.0.0.1"));
+        assert_true(http_guard_host(good[i], "127.0.0.1", NULL));
     for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
-        if (http_guard_host(bad[i], "127.0.0.1"))
+        if (http_guard_host(bad[i], "127.0.0.1", NULL))
             fail_msg("%s passes", bad[i]);
-    assert_true(http_guard_host("any.example", "192.0.2.1"));
+    assert_true(http_guard_host("any.example", "192.0.2.1", NULL));
+    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
+        if (http_guard_host(bad[i], "127.0.0.1", names))
+            fail_msg("%s passes", bad[i]);
+    assert_true(http_guard_host("BCD.lab.example:443", "127.0.0.1", names));
+    assert_true(http_guard_host("second", "127.0.0.1", names));
+    assert_true(http_guard_host("localhost:8080", "127.0.0.1", names));
+    assert_false(http_guard_host("bcd.lab.example.evil.example", "127.0.0.1", names));
+    assert_true(http_guard_host("bcd.lab.example", "192.0.2.1", names));
+    assert_true(http_guard_host("192.0.2.1:80", "192.0.2.1", names));
+    assert_false(http_guard_host("any.example", "192.0.2.1", names));
+    assert_false(http_guard_host("localhost", "192.0.2.1", names));
     assert_true(http_guard_loopback("127.255.0.1") && http_guard_loopback("::1"));
     assert_false(http_guard_loopback("128.0.0.1") || http_guard_loopback("::") ||
                  http_guard_loopback("localhost"));
