@@ -81,6 +81,11 @@ function object(schema, root) {
   const properties = {};
   for (const [name, value] of Object.entries(schema.properties ?? {}))
     properties[name] = fromSchema(value, root);
+  if (schema.additionalProperties?.type || schema.additionalProperties?.oneOf) {
+    const key = schema.propertyNames?.pattern ? fc.constantFrom('/diameter', '/seed', '/potential/amplitude', '/x', '')
+                                              : fc.string({ maxLength: 8 });
+    return fc.dictionary(key, fromSchema(schema.additionalProperties, root), { maxKeys: 3 });
+  }
   const known = fc.record(properties, { requiredKeys: (schema.required ?? [])
     .filter((key) => key in properties) });
   return schema.minProperties ? known.filter((o) => Object.keys(o).length >= schema.minProperties)
