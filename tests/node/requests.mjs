@@ -224,6 +224,22 @@ await test('jobs that are done, run, are cancelled', async () => {
   }
 });
 
+await test('every example of the document is taken', async () => {
+  const made = {}; // "jobs" -> the id of one
+  for (const { operation, path, method, id } of operations) {
+    const content = operation.requestBody?.content['application/json'];
+    if (!content)
+      continue;
+    const kind = path.split('/')[2];
+    const at = path.replace(/\{\w+\}/, made[kind] ?? 'anna');
+    const answer = await ask(method, at, { body: JSON.stringify(content.example), headers: owned });
+    expect(answer.status < 300, id, at, answer.status, answer.text);
+    judge({ operation, path, method }, answer, false);
+    made[kind] ??= answer.json.id;
+    learn(answer);
+  }
+});
+
 const many = ({ id, operation }) => (id === 'computeTheory' ? 20 : operation.requestBody ? 50 : 20);
 for (const operation of operations)
   await test(`${operation.method} ${operation.path} (${operation.id})`, () =>

@@ -18,7 +18,7 @@ same() {
     fi
 }
 
-echo 1..3
+echo 1..4
 same job schema/job.schema.json
 same openapi schema/openapi.json
 count=$((count + 1))
@@ -26,4 +26,16 @@ if "$B/bcd" schema nothing >"$work/out" 2>&1 || [ $? -ne 2 ]; then
     echo "not ok $count - there is no other"
 else
     echo "ok $count - there is no other"
+fi
+
+# A parameter that no handler reads would be accepted and ignored.
+unread=$(jq -r '[.paths[][].parameters[]? | select(.in == "query").name] | unique[]' \
+    schema/openapi.json | while read -r name; do
+    grep -q "\"$name\"" server/api/handle*.c || echo "$name"
+done)
+count=$((count + 1))
+if [ -z "$unread" ]; then
+    echo "ok $count - handlers read the query parameters that the rows tell of"
+else
+    echo "not ok $count - no handler reads: $unread"
 fi
