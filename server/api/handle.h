@@ -50,7 +50,7 @@ const char *call_query(const struct call *call, const char *name);
 typedef void handler(const struct service *service, const struct call *call, struct reply *reply);
 
 /* handle_jobs.c */
-handler handle_jobs_submit, handle_jobs_list, handle_jobs_get, handle_jobs_cancel;
+handler handle_jobs_submit, handle_jobs_get, handle_jobs_cancel;
 handler handle_jobs_estimate, handle_jobs_theory;
 
 /* Whether the body is called JSON; false with the reply filled. */
@@ -58,6 +58,9 @@ bool handle_jobs_media(const struct request *request, struct reply *reply);
 
 /* 0..1: the queue knows of chunks in motion, the record of those put away. */
 double handle_jobs_progress(const struct service *service, const struct job_record *record);
+
+/* handle_find.c */
+handler handle_jobs_list;
 
 /* handle_events.c */
 handler handle_events_job, handle_events_all;

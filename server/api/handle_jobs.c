@@ -27,13 +27,6 @@ static bool must_wait(const struct service *service, const struct call *call,
                       const struct job_record *record, struct wait *wait);
 static void etag_of(const struct job_record *record, char etag[ETAG_SIZE]);
 static char *print(const struct service *service, const struct job_record *record, int origin);
-static bool read_query(const struct request *request, struct job_query *query,
-                       struct job_filter filters[LIMIT_FILTERS_MAX], struct bcd_errors *errors);
-static bool read_integer(const char *text, int64_t max, int64_t *value);
-static bool filter_known(const char *path);
-static bool row_known(const struct bcd_param *rows, const char *name);
-static void print_list(const struct service *service, struct job_record *records, size_t count,
-                       size_t limit, struct reply *reply);
 
 void handle_jobs_submit(const struct service *service, const struct call *call, struct reply *reply)
 {
@@ -78,28 +71,6 @@ cleanup:
     job_record_fini(&record);
     ticket_fini(&ticket);
     bcd_scene_free(scene);
-}
-
-void handle_jobs_list(const struct service *service, const struct call *call, struct reply *reply)
-{
-    struct job_filter filters[LIMIT_FILTERS_MAX];
-    struct job_query query = {.state = -1, .limit = LIMIT_LIST_ROWS_DEFAULT};
-    struct bcd_errors errors = {0};
-    struct job_record *records = NULL;
-    size_t count = 0;
-    if (!read_query(call->request, &query, filters, &errors)) {
-        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
-        return;
-    }
-    size_t limit = query.limit++; /* one more tells whether there is a next page */
-    enum store_status status = store_jobs_list(service->store, &query, &records, &count);
-    if (status == STORE_OK)
-        print_list(service, records, count, limit, reply);
-    else
-        reply_store(reply, status, "list of jobs");
-    for (size_t i = 0; i < count; i++)
-        job_record_fini(&records[i]);
-    free(records);
 }
 
 void handle_jobs_get(const struct service *service, const struct call *call, struct reply *reply)
@@ -325,106 +296,4 @@ static char *print(const struct service *service, const struct job_record *recor
     const struct record_view view = {
         .record = record, .progress = handle_jobs_progress(service, record), .origin = origin};
     return record_json_print(&view);
-}
-
-/* Every parameter that cannot be accepted becomes a fault; false if there are any. */
-static bool read_query(const struct request *request, struct job_query *query,
-                       struct job_filter filters[LIMIT_FILTERS_MAX], struct bcd_errors *errors)
-{
-    int64_t limit = LIMIT_LIST_ROWS_DEFAULT;
-    query->filters = filters;
-    for (size_t i = 0; i < request->query_count; i++) {
-        const char *name = request->query[i].name, *value = request->query[i].value;
-        enum job_state state;
-        if (strcmp(name, "state") == 0) {
-            if (!job_state_parse(value, &state))
-                bcd_errors_add(errors, name,
-                               "\"%.40s\" is not queued, running, done, failed or cancelled",
-                               value);
-            else
-                query->state = (int)state;
-        } else if (strcmp(name, "limit") == 0) {
-            if (!read_integer(value, LIMIT_LIST_ROWS_MAX, &limit))
-                bcd_errors_add(errors, name, "must be a whole number from 1 to %d, not \"%.40s\"",
-                               LIMIT_LIST_ROWS_MAX, value);
-        } else if (strcmp(name, "cursor") == 0) {
-            if (!read_integer(value, INT64_MAX, &query->before_seq))
-                bcd_errors_add(errors, name, "must be the \"next\" of a page before, not \"%.40s\"",
-                               value);
-        } else if (!filter_known(name)) {
-            bcd_errors_add(errors, name, "is no parameter of a job, nor state, limit or cursor");
-        } else if (query->filter_count == LIMIT_FILTERS_MAX) {
-            bcd_errors_add(errors, name, "is one filter too many; %d are possible",
-                           LIMIT_FILTERS_MAX);
-        } else {
-            filters[query->filter_count++] = (struct job_filter){.path = name, .value = value};
-        }
-    }
-    query->limit = (size_t)limit;
-    return errors->count == 0;
-}
-
-/* Digits only, 1..max. */
-static bool read_integer(const char *text, int64_t max, int64_t *value)
-{
-    if (!text[0] || strspn(text, "0123456789") != strlen(text))
-        return false;
-    errno = 0;
-    long long parsed = strtoll(text, NULL, 10);
-    if (errno != 0 || parsed < 1 || parsed > max)
-        return false;
-    *value = parsed;
-    return true;
-}
-
-/* "diameter", "potential.type", "potential.amplitude", "observables.msd.last": a misspelt filter
- * must not look like a job that is not there. */
-static bool filter_known(const char *path)
-{
-    const char *dot = strchr(path, '.');
-    if (!dot)
-        return row_known(bcd_job_params(), path);
-    for (int s = 0; s < BCD_SLOT_COUNT; s++) {
-        enum bcd_slot slot = (enum bcd_slot)s;
-        const char *key = bcd_slot_key(slot);
-        if (strncmp(path, key, (size_t)(dot - path)) != 0 || key[dot - path] != '\0')
-            continue;
-        const char *rest = dot + 1;
-        if (bcd_slot_typed(slot) && strcmp(rest, "type") == 0)
-            return true;
-        const struct bcd_part *part;
-        for (size_t i = 0; (part = bcd_catalogue(slot, i)); i++) {
-            size_t length = strlen(part->name);
-            const char *name = rest;
-            if (bcd_slot_many(slot))
-                name = strncmp(rest, part->name, length) == 0 && rest[length] == '.'
-                           ? rest + length + 1
-                           : "";
-            if (row_known(part->params, name))
-                return true;
-        }
-    }
-    return false;
-}
-
-static bool row_known(const struct bcd_param *rows, const char *name)
-{
-    for (; rows && rows->name; rows++)
-        if (strcmp(rows->name, name) == 0)
-            return true;
-    return false;
-}
-
-/* Up to limit + 1 records were asked for. */
-static void print_list(const struct service *service, struct job_record *records, size_t count,
-                       size_t limit, struct reply *reply)
-{
-    size_t shown = count > limit ? limit : count;
-    struct record_view *views = calloc(shown + 1, sizeof(*views));
-    for (size_t i = 0; views && i < shown; i++)
-        views[i] = (struct record_view){.record = &records[i],
-                                        .progress = handle_jobs_progress(service, &records[i])};
-    int64_t next = count > limit ? records[shown - 1].seq : 0;
-    reply_json_take(reply, views ? record_json_print_list(views, shown, next) : NULL);
-    free(views);
 }

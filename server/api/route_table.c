@@ -32,9 +32,21 @@ static const struct query_row submit_query[] = {
 };
 
 static const struct query_row list_query[] = {
-    {"state", QUERY_WORD, .words = "queued running done failed cancelled", .doc = "jobs in it"},
+    {"state", QUERY_WORD, .words = "queued running done failed cancelled", .many = true,
+     .doc = "jobs in it, or in one of them"},
+    {"owner", QUERY_TEXT, .doc = "whose jobs"},
+    {"label", QUERY_TEXT, .doc = "exactly this label"},
+    {"tag", QUERY_TEXT, .many = true, .doc = "jobs with this tag, with all of them"},
+    {"submitted_after", QUERY_TIME, .doc = "at this moment or later"},
+    {"submitted_before", QUERY_TIME, .doc = "before this moment"},
+    {"started_after", QUERY_TIME, .doc = "likewise"},
+    {"started_before", QUERY_TIME, .doc = "likewise"},
+    {"finished_after", QUERY_TIME, .doc = "likewise"},
+    {"finished_before", QUERY_TIME, .doc = "likewise"},
+    {"sort", QUERY_TEXT,
+     .doc = "any scalar, downwards with a minus before it; usual is -submitted"},
     {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
-    {"cursor", QUERY_TEXT, .doc = "\"next\" of the page before"},
+    {"cursor", QUERY_TEXT, .doc = "\"next\" of the page before, with the same sort"},
     {0},
 };
 
@@ -71,8 +83,10 @@ static const struct route routes[] = {
      .query = submit_query, .idempotency_key = true, .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{202, JSON, "JobRecord"}, {200, JSON, "JobRecord"}}, .problems = P(DISK_FULL)},
     {"GET", "/v1/jobs", ROLE_READER, handle_jobs_list, "listJobs",
-     "jobs, newest first; ?state= &limit= &cursor= and filters like &potential.amplitude=6",
-     "Any parameter of a job can be a filter: diameter=0.5, potential.amplitude=6.",
+     "jobs; ?state= &sort= &limit= &cursor= and filters like &potential.amplitude=6",
+     "Any scalar can be a filter: of the job (diameter=0.5, potential.amplitude>=6), of what was "
+     "derived (derived.steps<=1e6), of results (results.energy.energy=0.3..0.5; an end may be "
+     "left out), priority, owner, label, the moments. != finds jobs without it too. At most 8.",
      .query = list_query, .filters = true, .answers = {{200, JSON, "JobList"}}},
     {"GET", JOB, ROLE_READER, handle_jobs_get, "getJob",
      "one job: state, progress, parameters; ?wait= for its end",

@@ -17,7 +17,7 @@ char *record_json_print(const struct record_view *view)
     return text_take(&text);
 }
 
-char *record_json_print_list(const struct record_view *views, size_t count, int64_t next)
+char *record_json_print_list(const struct record_view *views, size_t count, const char *next)
 {
     struct text text = {0};
     text_add(&text, "{\"jobs\":[");
@@ -26,8 +26,8 @@ char *record_json_print_list(const struct record_view *views, size_t count, int6
             text_add(&text, ",\n");
         add_record(&text, &views[i]);
     }
-    if (next > 0)
-        text_add(&text, "],\"next\":\"%" PRId64 "\"}\n", next);
+    if (next)
+        text_add(&text, "],\"next\":\"%s\"}\n", next);
     else
         text_add(&text, "],\"next\":null}\n");
     return text_take(&text);

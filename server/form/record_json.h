@@ -18,8 +18,8 @@ struct record_view {
 };
 char *record_json_print(const struct record_view *view);
 
-/* {"jobs":[...],"next":...}; next is the cursor of the page that follows, 0 = there is none. */
-char *record_json_print_list(const struct record_view *views, size_t count, int64_t next);
+/* {"jobs":[...],"next":...}; next is the cursor of the page that follows, [a-z0-9]+, or NULL. */
+char *record_json_print_list(const struct record_view *views, size_t count, const char *next);
 
 /* {"memory_bytes":..,"result_bytes":..,...}; of a job that this many chunks are made of. */
 char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "scene_json.h"
 #include "limits.h"
+#include "nearest.h"
 #include "scan_json.h"
 #include "scene_json_tree.h"
 #include "text.h"
@@ -8,14 +9,11 @@
 
 #include <jansson.h>
 
-#include <ctype.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { NAME_MAX_COMPARED = 40 };
 
 /* Whole numbers up to here are exact, however they were written. */
 #define WHOLE_MAX 9007199254740992.0
@@ -380,56 +378,6 @@ static void read_value(json_t *value, struct bcd_group *group, const struct bcd_
 
 /* ----------------------------------------------------------- unknown names */
 
-static size_t least(size_t a, size_t b)
-{
-    return a < b ? a : b;
-}
-
-/* Edits (insert, delete, replace, swap of neighbours) that turn one name into the other. */
-static size_t edits(const char *a, const char *b)
-{
-    size_t rows[3][NAME_MAX_COMPARED + 1];
-    size_t m = strlen(a), n = strlen(b);
-    if (m > NAME_MAX_COMPARED || n > NAME_MAX_COMPARED)
-        return NAME_MAX_COMPARED;
-    for (size_t i = 0; i <= m; i++) {
-        size_t *now = rows[i % 3], *up = rows[(i + 2) % 3], *upper = rows[(i + 1) % 3];
-        now[0] = i;
-        for (size_t j = 1; j <= n; j++) {
-            if (i == 0) {
-                now[j] = j;
-                continue;
-            }
-            int x = tolower((unsigned char)a[i - 1]), y = tolower((unsigned char)b[j - 1]);
-            now[j] = least(least(up[j], now[j - 1]) + 1, up[j - 1] + (x != y));
-            if (i > 1 && j > 1 && x == tolower((unsigned char)b[j - 2]) &&
-                y == tolower((unsigned char)a[i - 2]))
-                now[j] = least(now[j], upper[j - 2] + 1);
-        }
-    }
-    return rows[m % 3][n];
-}
-
-/* The names that would have been right, for a fault: all of them, and the one that was meant. */
-struct known {
-    const char *nearest;
-    size_t edits;
-    char list[200];
-    size_t used;
-};
-
-static void know(struct known *known, const char *name, const char *given)
-{
-    size_t n = given ? edits(given, name) : NAME_MAX_COMPARED;
-    if (n <= 1 + strlen(name) / 4 && (!known->nearest || n < known->edits)) {
-        known->nearest = name;
-        known->edits = n;
-    }
-    if (known->used < sizeof known->list)
-        known->used += (size_t)snprintf(known->list + known->used, sizeof known->list - known->used,
-                                        "%s%s", known->used ? ", " : "", name);
-}
-
 /* The index-th key that a group knows: its rows, then "type" or the job's parts. */
 static const char *known_key(const struct bcd_group *group, size_t index)
 {
@@ -446,15 +394,15 @@ static const char *known_key(const struct bcd_group *group, size_t index)
 static void fault_unknown(const struct bcd_group *group, const char *key, struct bcd_errors *errors)
 {
     char pointer[SCAN_POINTER_SIZE];
-    struct known known = {0};
+    struct nearest known = {0};
     const char *name;
     bool told = errors->count < BCD_ERRORS_MAX; /* else only counted: spare the search */
     for (size_t i = 0; told && (name = known_key(group, i)) != NULL; i++)
-        know(&known, name, key);
+        nearest_know(&known, name, key);
     snprintf(pointer, sizeof pointer, "%s", group->pointer);
     scan_json_append(pointer, key);
-    if (known.nearest)
-        bcd_errors_add(errors, pointer, "unknown key; did you mean \"%s\"?", known.nearest);
+    if (known.name)
+        bcd_errors_add(errors, pointer, "unknown key; did you mean \"%s\"?", known.name);
     else if (known.used > 0)
         bcd_errors_add(errors, pointer, "unknown key; known are %s", known.list);
     else
@@ -465,12 +413,12 @@ static void fault_unknown(const struct bcd_group *group, const char *key, struct
 static void fault_no_part(enum bcd_slot slot, const char *pointer, const char *name,
                           struct bcd_errors *errors)
 {
-    struct known known = {0};
+    struct nearest known = {0};
     bool told = errors->count < BCD_ERRORS_MAX;
     for (size_t i = 0; told && bcd_catalogue(slot, i); i++)
-        know(&known, bcd_catalogue(slot, i)->name, name);
-    if (known.nearest)
-        bcd_errors_add(errors, pointer, "unknown; did you mean \"%s\"?", known.nearest);
+        nearest_know(&known, bcd_catalogue(slot, i)->name, name);
+    if (known.name)
+        bcd_errors_add(errors, pointer, "unknown; did you mean \"%s\"?", known.name);
     else if (name)
         bcd_errors_add(errors, pointer, "unknown; known are %s", known.list);
     else

@@ -6,6 +6,7 @@
  * close() of it elsewhere in the process would drop SQLite's locks.
  */
 #include "store_internal.h"
+#include "store_segment.h"
 
 #include "log.h"
 #include "migrations.inc"
@@ -338,6 +339,22 @@ static enum store_status set_up_writer(struct opening *opening)
     return status ? refuse_sqlite(opening, db, "switch to write-ahead logging") : STORE_OK;
 }
 
+/* What jobs are found by, where it is missing: all of it after a migration. A schema without it is
+ * a test's. */
+static enum store_status seal_segments(struct opening *opening)
+{
+    sqlite3 *db = opening->store->writer;
+    int64_t there = 0;
+    enum store_status status =
+        ask(db, "SELECT count(*) FROM sqlite_schema WHERE name = 'job_segments'", &there, NULL);
+
+    if (status == STORE_OK && there)
+        status = STORE_BEGIN(opening->store, &db);
+    if (status == STORE_OK && there)
+        status = store_end(opening->store, store_segment_seal_all(db));
+    return status ? refuse_sqlite(opening, db, "index the jobs") : STORE_OK;
+}
+
 /* ---------------------------------------------------------------------- doors */
 
 static struct store *store_create(const char *dir)
@@ -380,6 +397,8 @@ enum store_status store_open_schema(struct store **store, const char *dir,
         status = migrate(&opening);
     if (status == STORE_OK)
         status = set_up_writer(&opening);
+    if (status == STORE_OK)
+        status = seal_segments(&opening);
     if (status == STORE_OK)
         status = open_readers(&opening);
     if (status)

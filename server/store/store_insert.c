@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * store_insert.c - a job is accepted: found again, or kept; see store_jobs.h. */
 #include "store_internal.h"
+#include "store_segment.h"
 
 #include "log.h"
 
@@ -123,6 +124,8 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
         status = store_fault(db, SQLITE_MISMATCH, "a job that is no JSON");
     if (status == STORE_OK && ticket->tags)
         status = insert_tags(db, ticket->tags, sqlite3_last_insert_rowid(db));
+    if (status == STORE_OK)
+        status = store_segment_inserted(db, sqlite3_last_insert_rowid(db));
     return status ? status : store_jobs_find(db, id, record);
 }
 

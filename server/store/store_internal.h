@@ -123,6 +123,8 @@ int64_t stmt_integer(struct stmt *stmt, int column);
 double stmt_number(struct stmt *stmt, int column);
 bool stmt_null(struct stmt *stmt, int column);
 enum store_status stmt_fini(struct stmt *stmt);
+/* Ready to be bound and stepped once more. */
+void stmt_again(struct stmt *stmt);
 
 /* Runs a statement that returns no rows to its end and closes it. *changes (may be NULL) = rows
  * changed by it. */
@@ -149,6 +151,14 @@ enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner
  * data (chunks, checkpoints) of a job that ends here are dropped. */
 enum store_status store_jobs_move(sqlite3 *db, const char *id, enum job_state to,
                                   const char *error);
+
+/* The jobs with these seq, in this order; all must be there. records[count] is the caller's, each
+ * ended by job_record_fini; untouched unless STORE_OK. */
+enum store_status store_jobs_read(sqlite3 *db, const int64_t *seqs, size_t count,
+                                  struct job_record *records);
+
+/* The number that other tables know a job by. */
+enum store_status store_jobs_seq(sqlite3 *db, const char *id, int64_t *seq);
 
 /* STORE_CONFLICT if there is such a job, STORE_NOT_FOUND if not: why an UPDATE changed nothing. */
 enum store_status store_jobs_why(sqlite3 *db, const char *id);

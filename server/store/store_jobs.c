@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * store_jobs.c - rows of the table jobs; see store_jobs.h and schema/. */
 #include "store_internal.h"
+#include "store_segment.h"
 
-#include "limits.h"
 #include "log.h"
 
 #include <assert.h>
-#include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -156,116 +154,24 @@ enum store_status store_jobs_get(struct store *store, const char *id, struct job
     return status;
 }
 
-enum { PATH_BYTES = 128, NAME_BYTES = 32, LIST_SQL_BYTES = 8192 };
-
-/* "potential.amplitude" as SQLite's "$.potential.amplitude". False for what no job can have. */
-static bool make_json_path(const char *path, char json_path[PATH_BYTES])
+enum store_status store_jobs_read(sqlite3 *db, const int64_t *seqs, size_t count,
+                                  struct job_record *records)
 {
-    size_t length = strlen(path);
-
-    if (length == 0 || length + 3 > PATH_BYTES || path[0] == '.' || path[length - 1] == '.' ||
-        strstr(path, "..") || path[strspn(path, "abcdefghijklmnopqrstuvwxyz_0123456789.")])
-        return false;
-    snprintf(json_path, PATH_BYTES, "$.%s", path);
-    return true;
-}
-
-/* The condition of filter number i; the parameters' names end in its number. */
-static void add_filter_sql(char *sql, size_t i)
-{
-    size_t used = strlen(sql);
-
-    snprintf(sql + used, LIST_SQL_BYTES - used,
-             " AND CASE json_type(job, :path%zu)"
-             " WHEN 'integer' THEN json_extract(job, :path%zu) = :exact%zu"
-             " WHEN 'real' THEN"
-             " abs(json_extract(job, :path%zu) - :number%zu) <= 1e-15 * abs(:number%zu)"
-             " WHEN 'text' THEN json_extract(job, :path%zu) = :text%zu"
-             " WHEN 'true' THEN :text%zu = 'true' WHEN 'false' THEN :text%zu = 'false'"
-             " ELSE 0 END",
-             i, i, i, i, i, i, i, i, i, i);
-}
-
-/* What a filter's value is as a JSON number. */
-struct filter_number {
-    bool is_integer, is_number;
-    int64_t integer;
-    double number;
-};
-
-static struct filter_number read_number(const char *value)
-{
-    struct filter_number read = {0};
-    char *end;
-
-    if (!*value || value[strspn(value, "0123456789+-.eE")])
-        return read;
-    errno = 0;
-    read.integer = strtoll(value, &end, 10);
-    read.is_integer = *end == '\0' && errno == 0;
-    read.number = strtod(value, &end);
-    read.is_number = *end == '\0' && isfinite(read.number);
-    return read;
-}
-
-/* ":path3" and the like. */
-static const char *numbered(char name[NAME_BYTES], const char *stem, size_t i)
-{
-    snprintf(name, NAME_BYTES, "%s%zu", stem, i);
-    return name;
-}
-
-/* A value that is no number leaves :exact and :number NULL, which equal nothing. */
-static void bind_filter(struct stmt *list, const char *value, size_t i, const char *json_path)
-{
-    struct filter_number read = read_number(value);
-    char name[NAME_BYTES];
-
-    stmt_bind_text(list, numbered(name, ":path", i), json_path);
-    stmt_bind_text(list, numbered(name, ":text", i), value);
-    if (read.is_number)
-        stmt_bind_number(list, numbered(name, ":number", i), read.number);
-    if (read.is_integer)
-        stmt_bind_integer(list, numbered(name, ":exact", i), read.integer);
-    else if (read.is_number)
-        stmt_bind_number(list, numbered(name, ":exact", i), read.number);
-}
-
-enum store_status store_jobs_list(struct store *store, const struct job_query *query,
-                                  struct job_record **records, size_t *count)
-{
-    char sql[LIST_SQL_BYTES] = "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE seq < :before";
-    char paths[LIMIT_FILTERS_MAX][PATH_BYTES];
-    struct stmt list;
-    sqlite3 *db;
+    struct stmt row = stmt_init(db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE seq = :seq");
+    size_t used = 0;
     enum store_status status;
 
-    assert(query->filter_count <= LIMIT_FILTERS_MAX);
-    if (query->filter_count > LIMIT_FILTERS_MAX)
-        return STORE_BROKEN;
-    if (query->state >= 0)
-        strcat(sql, " AND state = :state");
-    for (size_t i = 0; i < query->filter_count; i++) {
-        if (!make_json_path(query->filters[i].path, paths[i])) {
-            *records = NULL;
-            *count = 0;
-            return STORE_OK;
-        }
-        add_filter_sql(sql, i);
+    for (; used < count && !row.status; used += !row.status) {
+        stmt_bind_integer(&row, ":seq", seqs[used]);
+        if (stmt_step(&row))
+            read_record(&row, &records[used]);
+        else if (!row.status)
+            row.status = STORE_NOT_FOUND;
+        stmt_again(&row);
     }
-    strcat(sql, " ORDER BY seq DESC LIMIT :limit");
-
-    db = store_read_begin(store);
-    list = stmt_init(db, sql);
-    stmt_bind_integer(&list, ":before", query->before_seq > 0 ? query->before_seq : INT64_MAX);
-    stmt_bind_integer(&list, ":limit",
-                      query->limit > INT64_MAX ? INT64_MAX : (int64_t)query->limit);
-    if (query->state >= 0)
-        stmt_bind_text(&list, ":state", job_state_name((enum job_state)query->state));
-    for (size_t i = 0; i < query->filter_count; i++)
-        bind_filter(&list, query->filters[i].value, i, paths[i]);
-    status = read_all(&list, records, count);
-    store_read_end(store, db);
+    status = stmt_fini(&row);
+    for (size_t i = 0; status && i < used; i++)
+        job_record_fini(&records[i]);
     return status;
 }
 
@@ -366,8 +272,23 @@ static enum store_status drop_work(sqlite3 *db, const char *sql, const char *id)
     return stmt_run(&row, NULL);
 }
 
+enum store_status store_jobs_seq(sqlite3 *db, const char *id, int64_t *seq)
+{
+    struct stmt row = stmt_init(db, "SELECT seq FROM jobs WHERE id = :id");
+    bool any;
+    enum store_status status;
+
+    stmt_bind_text(&row, ":id", id);
+    any = stmt_step(&row);
+    if (any)
+        *seq = stmt_integer(&row, 0);
+    status = stmt_fini(&row);
+    return status || any ? status : STORE_NOT_FOUND;
+}
+
 enum store_status store_jobs_move(sqlite3 *db, const char *id, enum job_state to, const char *error)
 {
+    int64_t seq = 0;
     struct stmt row = stmt_init(db, transitions[to]);
     int changes = 0;
     enum store_status status;
@@ -385,6 +306,10 @@ enum store_status store_jobs_move(sqlite3 *db, const char *id, enum job_state to
     if (status == STORE_OK && to != JOB_RUNNING)
         status = drop_work(
             db, "DELETE FROM checkpoints WHERE job = (SELECT seq FROM jobs WHERE id = :id)", id);
+    if (status == STORE_OK && to != JOB_RUNNING)
+        status = store_jobs_seq(db, id, &seq);
+    if (status == STORE_OK && to != JOB_RUNNING)
+        status = store_segment_settle(db, seq, seq);
     assert(status || changes == 1);
     return status;
 }

@@ -25,7 +25,7 @@ enum { JOB_ID_SIZE = 24, JOB_HASH_SIZE = 32 };
 /* A row as users see it. Times are milliseconds since 1970 UTC, 0 = not yet. The texts are JSON
  * as made by scene_json.c when the job was accepted. */
 struct job_record {
-    int64_t seq;          /* order of submission: the keyset cursor */
+    int64_t seq;          /* order of submission */
     char id[JOB_ID_SIZE]; /* [a-z0-9-]+ */
     unsigned char hash[JOB_HASH_SIZE];
     enum job_state state;
@@ -59,25 +59,6 @@ enum store_status store_jobs_insert(struct store *store, const struct job_new *j
                                     struct job_record *record, bool *existed);
 
 enum store_status store_jobs_get(struct store *store, const char *id, struct job_record *record);
-
-/* Newest first, rows with seq < before_seq (0 = from the newest), at most `limit`. state < 0 = all.
- * Filters compare scalars of the completed job: {"diameter", "0.5"}, {"potential.amplitude", "6"},
- * numerically when both are numbers (1e-15 relative: a double written in another way is still
- * found). A path that no job can have ([a-z0-9_], parts joined by dots) finds nothing. At most
- * LIMIT_FILTERS_MAX filters. The caller ends *records with job_records_free (or each _fini, then
- * free). */
-struct job_filter {
-    const char *path, *value;
-};
-struct job_query {
-    int state;
-    int64_t before_seq;
-    size_t limit;
-    const struct job_filter *filters;
-    size_t filter_count;
-};
-enum store_status store_jobs_list(struct store *store, const struct job_query *query,
-                                  struct job_record **records, size_t *count);
 
 /* How many jobs are in each state, kept by counters rather than counted. */
 enum store_status store_jobs_counts(struct store *store, int64_t counts[JOB_STATES]);

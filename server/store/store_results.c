@@ -3,6 +3,7 @@
 #include "store_results.h"
 
 #include "store_internal.h"
+#include "store_segment.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -219,15 +220,19 @@ static enum store_status set_bytes(sqlite3 *db, const char *id, int64_t bytes)
 enum store_status store_results_finish(struct store *store, const char *id,
                                        const struct result_new *results, size_t count)
 {
-    int64_t bytes = 0;
+    int64_t bytes = 0, seq = 0;
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
 
     if (status)
         return status;
     status = store_jobs_move(db, id, JOB_DONE, NULL);
+    if (status == STORE_OK)
+        status = store_jobs_seq(db, id, &seq);
     for (size_t i = 0; status == STORE_OK && i < count; i++) {
         status = insert_result(db, id, &results[i], (int64_t)i);
+        if (status == STORE_OK)
+            status = store_segment_result(db, seq, results[i].table, results[i].size);
         bytes += (int64_t)results[i].size;
     }
     if (status == STORE_OK)

@@ -267,6 +267,11 @@ enum store_status stmt_fini(struct stmt *stmt)
     return stmt->status;
 }
 
+void stmt_again(struct stmt *stmt)
+{
+    sqlite3_reset(stmt->handle); /* repeats an error that is known already */
+}
+
 enum store_status stmt_run(struct stmt *stmt, int *changes)
 {
     if (stmt_step(stmt)) {

@@ -66,14 +66,6 @@ static int ask(struct fixture *f, const char *method, const char *path, const ch
     return send_request(f, &request);
 }
 
-static int ask_list(struct fixture *f, const char *name, const char *value)
-{
-    const struct request_query query = {name, value};
-    const struct request request = {
-        .method = "GET", .path = "/v1/jobs", .body = "", .query = &query, .query_count = 1};
-    return send_request(f, &request);
-}
-
 static void assert_says(const struct fixture *f, const char *part)
 {
     if (!strstr(f->reply.body, part))
@@ -402,86 +394,6 @@ static void costly_jobs(void **state)
     }
 }
 
-static void lists(void **state)
-{
-    struct fixture *f = *state;
-    char job[512];
-    for (int i = 1; i <= 3; i++) {
-        snprintf(job, sizeof(job), JOB(",\"seed\":%d"), i);
-        assert_int_equal(ask(f, "POST", "/v1/jobs", job), 202);
-    }
-    assert_int_equal(ask_list(f, "limit", "2"), 200);
-    const char *newest = strstr(f->reply.body, "\"seed\":3");
-    assert_non_null(newest);
-    assert_non_null(strstr(newest, "\"seed\":2"));
-    assert_null(strstr(f->reply.body, "\"seed\":1"));
-    char cursor[32];
-    assert_int_equal(sscanf(strstr(f->reply.body, "\"next\":"), "\"next\":\"%31[^\"]\"", cursor),
-                     1);
-    assert_int_equal(ask_list(f, "cursor", cursor), 200);
-    assert_says(f, "\"seed\":1");
-    assert_null(strstr(f->reply.body, "\"seed\":2"));
-    assert_says(f, "\"next\":null");
-    assert_int_equal(ask_list(f, "limit", "3"), 200); /* exactly all: there is no next page */
-    assert_says(f, "\"next\":null");
-    assert_int_equal(ask_list(f, "seed", "2"), 200);
-    assert_says(f, "\"seed\":2");
-    assert_null(strstr(f->reply.body, "\"seed\":3"));
-    assert_int_equal(ask_list(f, "state", "done"), 200);
-    assert_string_equal(f->reply.body, "{\"jobs\":[],\"next\":null}\n");
-}
-
-static void bad_lists(void **state)
-{
-    static const char *const bad[][2] = {{"limit", "0"},
-                                         {"limit", "1001"},
-                                         {"limit", "-1"},
-                                         {"limit", "1e2"},
-                                         {"limit", " 1"},
-                                         {"limit", ""},
-                                         {"limit", "99999999999999999999"},
-                                         {"cursor", "abc"},
-                                         {"cursor", "0"},
-                                         {"cursor", "9223372036854775808"},
-                                         {"cursor", "1;DROP"},
-                                         {"state", "sleeping"},
-                                         {"state", ""},
-                                         {"diametr", "1"},
-                                         {"potential", "cosine"},
-                                         {"potential.amplitud", "6"},
-                                         {"potential.", "6"},
-                                         {"observables.msd", "1"},
-                                         {"observables.msd.", "1"},
-                                         {"observables.nothing.last", "1"},
-                                         {"", "1"},
-                                         {".", "1"},
-                                         {"x'; --", "1"},
-                                         {"$.particles", "5"}};
-    static const char *const good[][2] = {{"limit", "1000"},
-                                          {"potential.amplitude", "6"},
-                                          {"potential.type", "cosine"},
-                                          {"observables.msd.last", "1"},
-                                          {"diameter", "no number"},
-                                          {"method", "' OR 1=1"}};
-    struct fixture *f = *state;
-    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
-        if (ask_list(f, bad[i][0], bad[i][1]) != 400)
-            fail_msg("%s=%s gave %d", bad[i][0], bad[i][1], f->reply.status);
-        assert_says(f, "{\"parameter\":\"");
-    }
-    for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
-        if (ask_list(f, good[i][0], good[i][1]) != 200)
-            fail_msg("%s=%s gave %d", good[i][0], good[i][1], f->reply.status);
-    struct request_query query[LIMIT_FILTERS_MAX + 1];
-    for (int i = 0; i <= LIMIT_FILTERS_MAX; i++)
-        query[i] = (struct request_query){"particles", "5"};
-    struct request request = {.method = "GET", .path = "/v1/jobs", .body = "", .query = query};
-    request.query_count = LIMIT_FILTERS_MAX;
-    assert_int_equal(send_request(f, &request), 200);
-    request.query_count = LIMIT_FILTERS_MAX + 1;
-    assert_int_equal(send_request(f, &request), 400);
-}
-
 static void results_of_nothing(void **state)
 {
     static const char *const forms[] = {"", "/energy", "/energy.csv", "/energy.svg"};
@@ -518,8 +430,6 @@ int main(void)
         TEST(media_types),
         TEST(faulty_jobs),
         TEST(costly_jobs),
-        TEST(lists),
-        TEST(bad_lists),
         TEST(results_of_nothing),
     };
     return cmocka_run_group_tests_name("routes", tests, NULL, NULL);

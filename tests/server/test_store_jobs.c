@@ -199,106 +199,6 @@ static void state_names_are_the_contract(void **state)
 
 /* ------------------------------------------------------------------------ lists */
 
-static void pages_go_from_new_to_old(void **state)
-{
-    struct store *store = ((struct bench *)*state)->store;
-    struct job_query query = {.state = -1, .limit = 3};
-    struct job_record *records = NULL;
-    size_t count = 0, seen = 0;
-    int64_t before = INT64_MAX;
-    char id[JOB_ID_SIZE];
-
-    assert_int_equal(store_jobs_list(store, &query, &records, &count), STORE_OK);
-    assert_int_equal(count, 0);
-    job_records_free(records, count);
-    for (int i = 0; i < 8; i++)
-        bench_insert(store, i, "{}", id);
-    do {
-        assert_int_equal(store_jobs_list(store, &query, &records, &count), STORE_OK);
-        assert_int_equal(count, seen < 6 ? 3 : seen == 6 ? 2 : 0);
-        for (size_t i = 0; i < count; i++, seen++) {
-            assert_true(records[i].seq < before);
-            before = records[i].seq;
-            assert_int_equal(records[i].hash[0], 7 - (int)seen);
-        }
-        query.before_seq = before;
-        job_records_free(records, count);
-    } while (count);
-    assert_int_equal(seen, 8);
-}
-
-/* How many jobs a list of a state with up to two filters holds. */
-static size_t count_found(struct store *store, int state, const char *const filters[])
-{
-    struct job_filter list[LIMIT_FILTERS_MAX];
-    struct job_query query = {.state = state, .limit = 100, .filters = list};
-    struct job_record *records;
-    size_t count;
-
-    for (; *filters; filters += 2)
-        list[query.filter_count++] = (struct job_filter){filters[0], filters[1]};
-    assert_int_equal(store_jobs_list(store, &query, &records, &count), STORE_OK);
-    job_records_free(records, count);
-    return count;
-}
-#define FOUND(store, state, ...) count_found(store, state, (const char *const[]){__VA_ARGS__, NULL})
-
-static void filters_compare_scalars_of_the_job(void **state)
-{
-    struct store *store = ((struct bench *)*state)->store;
-    char id[JOB_ID_SIZE];
-
-    bench_insert(
-        store, 1,
-        "{\"diameter\":0.5,\"seed\":9007199254740993,\"method\":\"bcd\","
-        "\"potential\":{\"type\":\"cosine\",\"amplitude\":6},\"flag\":true,\"list\":[1,2]}",
-        id);
-    bench_insert(store, 2,
-                 "{\"diameter\":0.1,\"seed\":9007199254740992,\"method\":\"lm\","
-                 "\"potential\":{\"type\":\"cosine\",\"amplitude\":6.0}}",
-                 id);
-    assert_int_equal(FOUND(store, -1, "diameter", "0.5"), 1);
-    assert_int_equal(FOUND(store, -1, "diameter", "5e-1"), 1);
-    assert_int_equal(FOUND(store, -1, "diameter", "0.1"), 1);
-    assert_int_equal(FOUND(store, -1, "diameter", "0.10000000000000001"), 1);
-    assert_int_equal(FOUND(store, -1, "diameter", "0.1000000000001"), 0);
-    assert_int_equal(FOUND(store, -1, "diameter", "0.5x"), 0);
-    assert_int_equal(FOUND(store, -1, "diameter", ""), 0);
-    assert_int_equal(FOUND(store, -1, "diameter", "nan"), 0);
-    assert_int_equal(FOUND(store, -1, "diameter", "1e999"), 0);
-    assert_int_equal(FOUND(store, -1, "diameter", "-9223372036854775808"), 0);
-    assert_int_equal(FOUND(store, -1, "seed", "9007199254740993"), 1);
-    assert_int_equal(FOUND(store, -1, "method", "bcd"), 1);
-    assert_int_equal(FOUND(store, -1, "method", "b"), 0);
-    assert_int_equal(FOUND(store, -1, "potential.amplitude", "6"), 2);
-    assert_int_equal(FOUND(store, -1, "potential.amplitude", "6.0"), 2);
-    assert_int_equal(FOUND(store, -1, "potential.type", "cosine", "diameter", "0.5"), 1);
-    assert_int_equal(FOUND(store, JOB_QUEUED, "potential.type", "cosine"), 2);
-    assert_int_equal(FOUND(store, JOB_DONE, "potential.type", "cosine"), 0);
-    assert_int_equal(FOUND(store, -1, "flag", "true"), 1);
-    assert_int_equal(FOUND(store, -1, "potential", "cosine"), 0);
-    assert_int_equal(FOUND(store, -1, "list", "1"), 0);
-    assert_int_equal(FOUND(store, -1, "nothing", "1"), 0);
-}
-
-static void odd_filter_paths_find_nothing(void **state)
-{
-    static const char *const paths[] = {"",        ".",     "a..b",     ".a",   "a.",  "$",
-                                        "list[0]", "a' --", "\"seed\"", "Seed", "a b", "#-1"};
-    struct store *store = ((struct bench *)*state)->store;
-    char id[JOB_ID_SIZE], longest[300];
-
-    bench_insert(store, 1, "{\"seed\":1,\"list\":[1],\"a\":1}", id);
-    for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++)
-        assert_int_equal(FOUND(store, -1, paths[i], "1"), 0);
-    memset(longest, 'a', sizeof longest - 1);
-    longest[sizeof longest - 1] = '\0';
-    assert_int_equal(FOUND(store, -1, longest, "1"), 0);
-    assert_int_equal(FOUND(store, -1, "a", "1", "a", "1", "a", "1", "a", "1", "seed", "1", "a", "1",
-                           "a", "1", "a", "1"),
-                     1);
-}
-
 static void running_jobs_come_in_order_of_submission(void **state)
 {
     struct store *store = ((struct bench *)*state)->store;
@@ -340,9 +240,6 @@ int main(void)
         BENCH_TEST(states_move_as_the_header_says),
         BENCH_TEST(the_schema_itself_guards_the_states),
         cmocka_unit_test(state_names_are_the_contract),
-        BENCH_TEST(pages_go_from_new_to_old),
-        BENCH_TEST(filters_compare_scalars_of_the_job),
-        BENCH_TEST(odd_filter_paths_find_nothing),
         BENCH_TEST(running_jobs_come_in_order_of_submission),
     };
 

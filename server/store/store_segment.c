@@ -1,0 +1,487 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * store_segment.c - see store_segment.h. */
+#include "store_segment.h"
+
+#include "bcd.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* So many jobs of a segment may have news before these move into the columns: a list reads them
+ * all, and moving them writes the columns anew. */
+enum { NEWS_MAX = 32, KEY_STARTED = 2, KEY_FINISHED = 3 };
+
+/* ---------------------------------------------------------------- gathering */
+
+struct gathered_text {
+    struct gathered_text *before;
+    size_t used, room;
+    char bytes[];
+};
+enum { TEXT_BLOCK_BYTES = 16384 };
+
+bool gathered_add(struct gathered *gathered, const char *path)
+{
+    struct gathered_key *key;
+
+    if (gathered->count == gathered->room) {
+        size_t room = gathered->room ? 2 * gathered->room : 32;
+
+        key = realloc(gathered->key, room * sizeof *key);
+        if (!key)
+            return false;
+        gathered->key = key;
+        gathered->room = room;
+    }
+    key = &gathered->key[gathered->count];
+    key->column = malloc(sizeof *key->column);
+    if (!key->column)
+        return false;
+    snprintf(key->path, sizeof key->path, "%s", path);
+    key->token_length = 0;
+    column_clear(key->column);
+    gathered->count++;
+    return true;
+}
+
+void gathered_fini(struct gathered *gathered)
+{
+    for (size_t i = 0; i < gathered->count; i++)
+        free(gathered->key[i].column);
+    free(gathered->key);
+    while (gathered->text) {
+        struct gathered_text *before = gathered->text->before;
+
+        free(gathered->text);
+        gathered->text = before;
+    }
+    free(text_take(&gathered->scratch));
+    *gathered = (struct gathered){0};
+}
+
+/* A text that lives as long as what is gathered. */
+static struct scalar keep(struct gathered *gathered, const struct scalar *value)
+{
+    struct gathered_text *text = gathered->text;
+    char *copy;
+
+    if (value->type != SCALAR_TEXT)
+        return *value;
+    if (!text || text->used + value->length > text->room) {
+        size_t room = value->length > TEXT_BLOCK_BYTES ? value->length : TEXT_BLOCK_BYTES;
+
+        text = malloc(sizeof *text + room);
+        if (!text) {
+            gathered->failed = true;
+            return (struct scalar){.type = SCALAR_NONE};
+        }
+        text->before = gathered->text;
+        text->used = 0;
+        text->room = room;
+        gathered->text = text;
+    }
+    copy = text->bytes + text->used;
+    memcpy(copy, value->text, value->length);
+    text->used += value->length;
+    return scalar_text(copy, value->length);
+}
+
+/* Jobs are alike: the path that came next last time probably does so again. NULL = not wanted. */
+static struct gathered_key *find_key(struct gathered *gathered, const char *path)
+{
+    for (size_t i = 0; i < gathered->count; i++) {
+        size_t at = (gathered->next + i) % gathered->count;
+
+        if (strcmp(gathered->key[at].path, path) == 0) {
+            gathered->next = at + 1;
+            return &gathered->key[at];
+        }
+    }
+    if (gathered->closed)
+        return NULL;
+    if (!gathered_add(gathered, path)) {
+        gathered->failed = true;
+        return NULL;
+    }
+    gathered->next = gathered->count;
+    return &gathered->key[gathered->count - 1];
+}
+
+struct gathering {
+    struct gathered *gathered;
+    size_t job; /* within the segment */
+};
+
+static void gather_value(struct gathering *gathering, struct column *column,
+                         const struct scalar *value)
+{
+    struct scalar before = gathering->job > 0 ? column_get(column, gathering->job - 1)
+                                              : (struct scalar){.type = SCALAR_NONE};
+    struct scalar kept =
+        scalar_compare(&before, value, false) == 0 ? before : keep(gathering->gathered, value);
+
+    if (kept.type != SCALAR_NONE)
+        column_put(column, gathering->job, &kept);
+}
+
+static void gather(void *context, const char *path, const char *token, size_t length)
+{
+    struct gathering *gathering = context;
+    struct gathered_key *key = find_key(gathering->gathered, path);
+    struct scalar value;
+
+    if (!key)
+        return;
+    /* What is written as in the job before need not be read again. */
+    if (length == key->token_length && memcmp(token, key->token, length) == 0) {
+        key->column->code[gathering->job] = key->column->code[key->token_job];
+        return;
+    }
+    value = scalar_read(token, length, &gathering->gathered->scratch);
+    gather_value(gathering, key->column, &value);
+    key->token_length = length < sizeof key->token ? length : 0;
+    key->token_job = gathering->job;
+    memcpy(key->token, token, key->token_length);
+}
+
+/* Columns of a row beside its JSON, with the names that records and filters have for them. */
+static const char *const row_paths[] = {"submitted_at", "started_at", "finished_at",
+                                        "owner",        "label",      "priority"};
+#define ROW_COLUMNS "submitted_ms, started_ms, finished_ms, owner, label, priority"
+enum { ROW_PATHS = sizeof row_paths / sizeof row_paths[0], ROW_FIRST = 2 };
+
+static void gather_row(struct gathering *gathering, sqlite3_stmt *row)
+{
+    for (int i = 0; i < ROW_PATHS; i++) {
+        struct gathered_key *key;
+        struct scalar value = {.type = SCALAR_NONE};
+        int type = sqlite3_column_type(row, ROW_FIRST + i);
+
+        if (type == SQLITE_INTEGER)
+            value = scalar_integer(sqlite3_column_int64(row, ROW_FIRST + i));
+        if (type == SQLITE_TEXT)
+            value = scalar_text((const char *)sqlite3_column_text(row, ROW_FIRST + i),
+                                (size_t)sqlite3_column_bytes(row, ROW_FIRST + i));
+        key = value.type == SCALAR_NONE ? NULL : find_key(gathering->gathered, row_paths[i]);
+        if (key)
+            gather_value(gathering, key->column, &value);
+    }
+}
+
+/* What a list of paths wants of the two JSON texts; both when it is not closed. */
+static bool wants(const struct gathered *gathered, bool derived)
+{
+    bool found = !gathered->closed;
+
+    for (size_t i = 0; i < gathered->count && !found; i++)
+        found = (strncmp(gathered->key[i].path, "derived.", 8) == 0) == derived;
+    return found;
+}
+
+enum store_status store_segment_gather(sqlite3 *db, int64_t segment, struct gathered *gathered,
+                                       char states[SEGMENT_JOBS])
+{
+    bool job = wants(gathered, false), derived = wants(gathered, true);
+    struct stmt row = stmt_init(db, "SELECT seq, state, " ROW_COLUMNS ", job, derived FROM jobs"
+                                    " WHERE seq BETWEEN :first AND :last");
+
+    stmt_bind_integer(&row, ":first", segment << SEGMENT_BITS);
+    stmt_bind_integer(&row, ":last", (segment << SEGMENT_BITS) + SEGMENT_JOBS - 1);
+    memset(states, '-', SEGMENT_JOBS);
+    while (stmt_step(&row)) {
+        struct gathering gathering = {gathered, (size_t)stmt_integer(&row, 0) % SEGMENT_JOBS};
+        const char *state = (const char *)sqlite3_column_text(row.handle, 1);
+
+        states[gathering.job] = state ? state[0] : '-';
+        gathered->next = 0;
+        if (gathered->count == 0 && gathered->closed)
+            continue;
+        gather_row(&gathering, row.handle);
+        for (int i = 0; i < 2; i++) {
+            const char *json = NULL;
+
+            if (i == 0 ? job : derived)
+                json = (const char *)sqlite3_column_text(row.handle, ROW_FIRST + ROW_PATHS + i);
+            if (json)
+                scalar_walk(json, i == 0 ? "" : "derived.", gather, &gathering);
+        }
+    }
+    if (gathered->failed)
+        row.status = store_fault(db, SQLITE_NOMEM, "gather scalars");
+    return stmt_fini(&row);
+}
+
+/* ------------------------------------------------------------------ columns */
+
+static int64_t column_id(int64_t key, int64_t segment)
+{
+    return key << 32 | segment;
+}
+
+static enum store_status key_of(sqlite3 *db, const char *path, int64_t *key)
+{
+    struct stmt row = stmt_init(db, "SELECT id FROM job_keys WHERE path = :path");
+    bool known;
+    enum store_status status;
+
+    stmt_bind_text(&row, ":path", path);
+    known = stmt_step(&row);
+    if (known)
+        *key = stmt_integer(&row, 0);
+    status = stmt_fini(&row);
+    if (status || known)
+        return status;
+    row = stmt_init(db, "INSERT INTO job_keys (path) VALUES (:path)");
+    stmt_bind_text(&row, ":path", path);
+    status = stmt_run(&row, NULL);
+    *key = sqlite3_last_insert_rowid(db);
+    return status;
+}
+
+static void bind_end(struct stmt *row, const char *name, const struct scalar *end)
+{
+    if (end->type == SCALAR_INTEGER)
+        stmt_bind_integer(row, name, end->integer);
+    if (end->type == SCALAR_REAL)
+        stmt_bind_number(row, name, end->real);
+}
+
+static enum store_status write_column(sqlite3 *db, int64_t id, const struct column *column)
+{
+    struct scalar least, most;
+    size_t size = 0;
+    void *bytes = column_encode(column, &size);
+    struct stmt row;
+    enum store_status status;
+
+    if (!bytes || !column_ends(bytes, size, &least, &most)) {
+        free(bytes);
+        return store_fault(db, SQLITE_NOMEM, "encode a column");
+    }
+    row = stmt_init(db, "INSERT OR REPLACE INTO job_columns (id, least, most, bytes)"
+                        " VALUES (:id, :least, :most, :bytes)");
+    stmt_bind_integer(&row, ":id", id);
+    bind_end(&row, ":least", &least);
+    bind_end(&row, ":most", &most);
+    stmt_bind_blob(&row, ":bytes", bytes, size);
+    status = stmt_run(&row, NULL);
+    free(bytes);
+    return status;
+}
+
+/* Runs a statement with :key, :first and :last of a segment's jobs. */
+static struct stmt news_of(sqlite3 *db, const char *sql, int64_t key, int64_t segment)
+{
+    struct stmt row = stmt_init(db, sql);
+
+    stmt_bind_integer(&row, ":key", key);
+    stmt_bind_integer(&row, ":first", segment << SEGMENT_BITS);
+    stmt_bind_integer(&row, ":last", (segment << SEGMENT_BITS) + SEGMENT_JOBS - 1);
+    return row;
+}
+#define OF_NEWS " FROM job_news WHERE key = :key AND job BETWEEN :first AND :last"
+
+/* The column as it is, overlaid with its news. *bytes holds its texts, caller's. */
+static enum store_status read_column(sqlite3 *db, int64_t key, int64_t segment,
+                                     struct column *column, void **bytes, size_t *news)
+{
+    struct stmt row = stmt_init(db, "SELECT bytes FROM job_columns WHERE id = :id");
+    size_t size = 0;
+    enum store_status status;
+
+    stmt_bind_integer(&row, ":id", column_id(key, segment));
+    *bytes = stmt_step(&row) ? stmt_blob(&row, 0, &size) : NULL;
+    status = stmt_fini(&row);
+    column_clear(column);
+    if (status == STORE_OK && *bytes && !column_decode(column, *bytes, size))
+        status = store_fault(db, SQLITE_CORRUPT, "decode a column");
+    if (status)
+        return status;
+    row = news_of(db, "SELECT job, value" OF_NEWS, key, segment);
+    for (*news = 0; stmt_step(&row); ++*news) {
+        struct scalar value = sqlite3_column_type(row.handle, 1) == SQLITE_INTEGER
+                                  ? scalar_integer(stmt_integer(&row, 1))
+                                  : scalar_real(sqlite3_column_double(row.handle, 1));
+
+        column_put(column, (size_t)stmt_integer(&row, 0) % SEGMENT_JOBS, &value);
+    }
+    return stmt_fini(&row);
+}
+
+/* News move into their column. */
+static enum store_status fold(sqlite3 *db, int64_t key, int64_t segment, struct column *column)
+{
+    void *bytes = NULL;
+    size_t news = 0;
+    enum store_status status = read_column(db, key, segment, column, &bytes, &news);
+
+    if (status == STORE_OK && news > 0)
+        status = write_column(db, column_id(key, segment), column);
+    if (status == STORE_OK && news > 0) {
+        struct stmt row = news_of(db, "DELETE" OF_NEWS, key, segment);
+
+        status = stmt_run(&row, NULL);
+    }
+    free(bytes);
+    return status;
+}
+
+/* Folds all that can have come later: times and results. */
+static enum store_status fold_all(sqlite3 *db, int64_t segment)
+{
+    struct column *column = malloc(sizeof *column);
+    struct stmt keys = stmt_init(db, "SELECT id FROM job_keys WHERE id IN (2, 3)"
+                                     " OR path >= 'results.' AND path < 'results/'");
+    enum store_status status = column ? STORE_OK : store_fault(db, SQLITE_NOMEM, "fold news");
+
+    while (status == STORE_OK && stmt_step(&keys))
+        status = fold(db, stmt_integer(&keys, 0), segment, column);
+    keys.status = keys.status ? keys.status : status;
+    free(column);
+    return stmt_fini(&keys);
+}
+
+/* ------------------------------------------------------------------ sealing */
+
+static enum store_status write_columns(sqlite3 *db, int64_t segment, struct gathered *gathered)
+{
+    struct stmt old =
+        stmt_init(db, "DELETE FROM job_columns WHERE id IN (SELECT id << 32 | :segment"
+                      " FROM job_keys WHERE path NOT GLOB 'results.*')");
+    enum store_status status;
+
+    stmt_bind_integer(&old, ":segment", segment);
+    status = stmt_run(&old, NULL);
+    for (size_t i = 0; i < gathered->count && status == STORE_OK; i++) {
+        int64_t key = 0;
+
+        status = key_of(db, gathered->key[i].path, &key);
+        if (status == STORE_OK)
+            status = write_column(db, column_id(key, segment), gathered->key[i].column);
+    }
+    return status;
+}
+
+static enum store_status seal(sqlite3 *db, int64_t segment)
+{
+    struct gathered gathered = {0};
+    char states[SEGMENT_JOBS + 1] = "";
+    enum store_status status = store_segment_gather(db, segment, &gathered, states);
+    struct stmt row;
+
+    if (status == STORE_OK)
+        status = write_columns(db, segment, &gathered);
+    gathered_fini(&gathered);
+    if (status == STORE_OK)
+        status = fold_all(db, segment);
+    if (status)
+        return status;
+    row = stmt_init(db, "INSERT OR REPLACE INTO job_segments (segment, states)"
+                        " VALUES (:segment, :states)");
+    stmt_bind_integer(&row, ":segment", segment);
+    stmt_bind_text(&row, ":states", states);
+    return stmt_run(&row, NULL);
+}
+
+enum store_status store_segment_inserted(sqlite3 *db, int64_t seq)
+{
+    return seq % SEGMENT_JOBS == SEGMENT_JOBS - 1 ? seal(db, seq >> SEGMENT_BITS) : STORE_OK;
+}
+
+enum store_status store_segment_seal_all(sqlite3 *db)
+{
+    struct stmt row =
+        stmt_init(db, "WITH RECURSIVE all_segments (segment) AS (SELECT 0 UNION ALL"
+                      " SELECT segment + 1 FROM all_segments"
+                      " WHERE segment + 1 < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10)"
+                      " SELECT segment FROM all_segments"
+                      " WHERE segment < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10"
+                      " AND segment NOT IN (SELECT segment FROM job_segments)");
+    enum store_status status = STORE_OK;
+
+    while (status == STORE_OK && stmt_step(&row))
+        status = seal(db, stmt_integer(&row, 0));
+    row.status = row.status ? row.status : status;
+    return stmt_fini(&row);
+}
+
+/* ---------------------------------------------------------------- job's end */
+
+static enum store_status is_sealed(sqlite3 *db, int64_t segment, bool *sealed)
+{
+    struct stmt row = stmt_init(db, "SELECT 1 FROM job_segments WHERE segment = :segment");
+
+    stmt_bind_integer(&row, ":segment", segment);
+    *sealed = stmt_step(&row);
+    return stmt_fini(&row);
+}
+
+static enum store_status settle_one(sqlite3 *db, int64_t segment)
+{
+    bool sealed = false;
+    int64_t news = 0;
+    enum store_status status = is_sealed(db, segment, &sealed);
+    struct stmt row;
+
+    if (status || !sealed)
+        return status;
+    row = news_of(db, "SELECT count(*)" OF_NEWS, KEY_FINISHED, segment);
+    if (stmt_step(&row))
+        news = stmt_integer(&row, 0);
+    status = stmt_fini(&row);
+    return status || news < NEWS_MAX ? status : fold_all(db, segment);
+}
+
+enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last)
+{
+    enum store_status status = STORE_OK;
+
+    for (int64_t segment = first >> SEGMENT_BITS;
+         segment <= last >> SEGMENT_BITS && status == STORE_OK; segment++)
+        status = settle_one(db, segment);
+    return status;
+}
+
+static enum store_status put_news(sqlite3 *db, int64_t seq, const char *path, double value)
+{
+    struct stmt row;
+    int64_t key = 0;
+    enum store_status status = isfinite(value) ? key_of(db, path, &key) : STORE_OK;
+
+    if (status || !isfinite(value))
+        return status;
+    row = stmt_init(db, "INSERT OR REPLACE INTO job_news (key, job, value)"
+                        " VALUES (:key, :job, :value)");
+    stmt_bind_integer(&row, ":key", key);
+    stmt_bind_integer(&row, ":job", seq);
+    stmt_bind_number(&row, ":value", value);
+    return stmt_run(&row, NULL);
+}
+
+enum store_status store_segment_result(sqlite3 *db, int64_t seq, const void *bytes, size_t size)
+{
+    struct bcd_table *table = NULL;
+    char path[SCALAR_PATH_SIZE];
+    enum store_status status = STORE_OK;
+
+    if (bcd_table_load(&table, bytes, size, NULL) != BCD_OK)
+        return STORE_OK;
+    for (size_t i = 0; table->scalar && i < table->columns && status == STORE_OK; i++) {
+        const struct bcd_column *column = &table->column[i];
+
+        snprintf(path, sizeof path, "results.%s.%s", table->name, column->name);
+        if (column->values && table->rows > 0)
+            status = put_news(db, seq, path, column->values[0]);
+    }
+    for (size_t i = 0; i < table->notes && status == STORE_OK; i++) {
+        const struct bcd_note *note = &table->note[i];
+
+        snprintf(path, sizeof path, "results.%s.%s", table->name, note->name);
+        if (!note->text[0])
+            status = put_news(db, seq, path, note->number);
+    }
+    bcd_table_free(table);
+    return status;
+}

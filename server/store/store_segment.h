@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * store_segment.h - keeps the index that jobs are found by: segments of 1024 jobs and their columns
+ * (schema/: job_segments, job_columns, job_news). For store*.c only.
+ *
+ * Whoever inserts jobs calls store_segment_inserted after each, whoever ends jobs
+ * store_segment_settle, both in the same transaction. Forgetting it makes lists slow until the
+ * next start, never wrong.
+ */
+#ifndef STORE_SEGMENT_H
+#define STORE_SEGMENT_H
+
+#include "store_column.h"
+#include "store_internal.h"
+#include "text.h"
+
+/* Job seq was inserted with all that belongs to it. Seals the segment whose last one it is: some
+ * microseconds a job, all of them at once every 1024 jobs. */
+enum store_status store_segment_inserted(sqlite3 *db, int64_t seq);
+
+/* Jobs between first and last may have ended: news of theirs that have become many move into the
+ * columns. */
+enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last);
+
+/* Scalars of a table that a job has left (results.NAME.COLUMN) become known. Bytes that are no
+ * table have none. */
+enum store_status store_segment_result(sqlite3 *db, int64_t seq, const void *table, size_t size);
+
+/* Seals whatever is not sealed and could be: after a migration, and where a job was changed. */
+enum store_status store_segment_seal_all(sqlite3 *db);
+
+/* Columns by path, gathered from jobs. */
+struct gathered {
+    size_t count, room;
+    struct gathered_key {
+        char path[SCALAR_PATH_SIZE];
+        char token[224]; /* the JSON of the value put last, if it is not too long */
+        size_t token_length, token_job;
+        struct column *column;
+    } * key;
+    bool closed;                /* only paths that are in it already are looked for */
+    size_t next;                /* which key probably comes next */
+    struct gathered_text *text; /* what texts are borrowed from */
+    struct text scratch;
+    bool failed; /* out of memory */
+};
+bool gathered_add(struct gathered *gathered, const char *path);
+void gathered_fini(struct gathered *gathered);
+
+/* Reads the jobs of a segment themselves. states[SEGMENT_JOBS]: first letter of the state, '-'. */
+enum store_status store_segment_gather(sqlite3 *db, int64_t segment, struct gathered *gathered,
+                                       char states[SEGMENT_JOBS]);
+
+#endif

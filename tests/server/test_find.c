@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * handle_find.c without a socket: what GET /v1/jobs understands, and what it refuses. */
+#include "limits.h"
+#include "reply.h"
+#include "routes.h"
+#include "store_jobs.h"
+#include "temp_dir.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+struct fixture {
+    char dir[TEMP_DIR_SIZE];
+    struct service service;
+    struct reply reply; /* of the latest request */
+};
+
+#define JOB(more)                                                                                  \
+    "{\"particles\":5,\"length\":10,\"diameter\":0.5,\"time\":1,\"time_step\":0.01,"               \
+    "\"observables\":{\"energy\":{}}" more "}"
+
+static int setup(void **state)
+{
+    struct fixture *f = calloc(1, sizeof(*f));
+    char reason[256];
+    temp_dir_make(f->dir);
+    *state = f;
+    if (store_open(&f->service.store, f->dir, reason, sizeof(reason)) != STORE_OK)
+        return -1;
+    return queue_create(&f->service.queue, f->service.store) == STORE_OK ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    struct fixture *f = *state;
+    reply_fini(&f->reply);
+    queue_stop(f->service.queue);
+    queue_free(f->service.queue);
+    store_close(f->service.store);
+    temp_dir_remove(f->dir);
+    free(f);
+    return 0;
+}
+
+static int send_request(struct fixture *f, const struct request *request)
+{
+    reply_fini(&f->reply);
+    routes_dispatch(&f->service, request, &f->reply);
+    assert_int_equal(f->reply.body_size, strlen(f->reply.body));
+    return f->reply.status;
+}
+
+static int ask(struct fixture *f, const char *method, const char *path, const char *body)
+{
+    const struct request request = {.method = method,
+                                    .path = path,
+                                    .body = body ? body : "",
+                                    .body_size = body ? strlen(body) : 0};
+    return send_request(f, &request);
+}
+
+static int ask_list(struct fixture *f, const char *name, const char *value)
+{
+    const struct request_query query = {name, value};
+    const struct request request = {
+        .method = "GET", .path = "/v1/jobs", .body = "", .query = &query, .query_count = 1};
+    return send_request(f, &request);
+}
+
+static void assert_says(const struct fixture *f, const char *part)
+{
+    if (!strstr(f->reply.body, part))
+        fail_msg("no %s in %s", part, f->reply.body);
+}
+
+static void lists(void **state)
+{
+    struct fixture *f = *state;
+    char job[512];
+    for (int i = 1; i <= 3; i++) {
+        snprintf(job, sizeof(job), JOB(",\"seed\":%d"), i);
+        assert_int_equal(ask(f, "POST", "/v1/jobs", job), 202);
+    }
+    assert_int_equal(ask_list(f, "limit", "2"), 200);
+    const char *newest = strstr(f->reply.body, "\"seed\":3");
+    assert_non_null(newest);
+    assert_non_null(strstr(newest, "\"seed\":2"));
+    assert_null(strstr(f->reply.body, "\"seed\":1"));
+    char cursor[256];
+    assert_int_equal(sscanf(strstr(f->reply.body, "\"next\":"), "\"next\":\"%255[^\"]\"", cursor),
+                     1);
+    assert_int_equal(ask_list(f, "cursor", cursor), 200);
+    assert_says(f, "\"seed\":1");
+    assert_null(strstr(f->reply.body, "\"seed\":2"));
+    assert_says(f, "\"next\":null");
+    assert_int_equal(ask_list(f, "limit", "3"), 200); /* exactly all: there is no next page */
+    assert_says(f, "\"next\":null");
+    assert_int_equal(ask_list(f, "seed", "2"), 200);
+    assert_says(f, "\"seed\":2");
+    assert_null(strstr(f->reply.body, "\"seed\":3"));
+    assert_int_equal(ask_list(f, "state", "done"), 200);
+    assert_string_equal(f->reply.body, "{\"jobs\":[],\"next\":null}\n");
+}
+
+static const char *const bad[][2] = {{"limit", "0"},
+                                     {"limit", "1001"},
+                                     {"limit", "-1"},
+                                     {"limit", "1e2"},
+                                     {"limit", " 1"},
+                                     {"limit", ""},
+                                     {"limit", "99999999999999999999"},
+                                     {"cursor", "abc"},
+                                     {"cursor", "0"},
+                                     {"cursor", "9223372036854775808"},
+                                     {"cursor", "1;DROP"},
+                                     {"state", "sleeping"},
+                                     {"state", ""},
+                                     {"diametr", "1"},
+                                     {"potential", "cosine"},
+                                     {"potential.amplitud", "6"},
+                                     {"potential.", "6"},
+                                     {"observables.msd", "1"},
+                                     {"observables.msd.", "1"},
+                                     {"observables.nothing.last", "1"},
+                                     {"", "1"},
+                                     {".", "1"},
+                                     {"x'; --", "1"},
+                                     {"$.particles", "5"},
+                                     {"state", "done,"},
+                                     {"sort", ""},
+                                     {"sort", "-"},
+                                     {"sort", "diametr"},
+                                     {"sort", "-potential"},
+                                     {"sort", "tag"},
+                                     {"diameter>", "a"},
+                                     {"diameter<", ""},
+                                     {"diameter>0.3", ""},
+                                     {"diameter><", "1"},
+                                     {"diametr>", "1"},
+                                     {"derived.stepz", "1"},
+                                     {"results.energy", "1"},
+                                     {"results.energy.energi", "1"},
+                                     {"results.msd.msd", "1"},
+                                     {"submitted_after", "yesterday"},
+                                     {"submitted_after", "2026-02-30"},
+                                     {"submitted_before", "2026-11-26T25:00"},
+                                     {"submitted_before", "12"}};
+static const char *const good[][2] = {{"limit", "1000"},
+                                      {"potential.amplitude", "6"},
+                                      {"potential.type", "cosine"},
+                                      {"observables.msd.last", "1"},
+                                      {"diameter", "no number"},
+                                      {"method", "' OR 1=1"},
+                                      {"sort", "-submitted"},
+                                      {"sort", "finished"},
+                                      {"sort", "diameter"},
+                                      {"sort", "-derived.steps"},
+                                      {"sort", "results.energy.energy"},
+                                      {"diameter>", "0.3"},
+                                      {"diameter<", "5e-1"},
+                                      {"diameter!", "0.3"},
+                                      {"diameter", "0.3..0.5"},
+                                      {"diameter", "0.3.."},
+                                      {"diameter", ".."},
+                                      {"derived.method", "strang"},
+                                      {"results.current.stderr<", "1"},
+                                      {"results.contact_force.mean_force>", "1"},
+                                      {"owner", "local"},
+                                      {"label", "a..b"},
+                                      {"tag", "no such tag"},
+                                      {"priority>", "0"},
+                                      {"submitted_after", "2026-11-26"},
+                                      {"started_after", "2026-11-26T12:00:30.5+01:00"},
+                                      {"finished_before", "2026-11-26T12:00Z"},
+                                      {"submitted_at>", "1764158400000"}};
+
+static void bad_lists(void **state)
+{
+    struct fixture *f = *state;
+    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+        if (ask_list(f, bad[i][0], bad[i][1]) != 400)
+            fail_msg("%s=%s gave %d", bad[i][0], bad[i][1], f->reply.status);
+        assert_says(f, "{\"parameter\":\"");
+    }
+    for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
+        if (ask_list(f, good[i][0], good[i][1]) != 200)
+            fail_msg("%s=%s gave %d", good[i][0], good[i][1], f->reply.status);
+    struct request_query query[LIMIT_FILTERS_MAX + 1];
+    for (int i = 0; i <= LIMIT_FILTERS_MAX; i++)
+        query[i] = (struct request_query){"particles", "5"};
+    struct request request = {.method = "GET", .path = "/v1/jobs", .body = "", .query = query};
+    request.query_count = LIMIT_FILTERS_MAX;
+    assert_int_equal(send_request(f, &request), 200);
+    request.query_count = LIMIT_FILTERS_MAX + 1;
+    assert_int_equal(send_request(f, &request), 400);
+}
+
+/* How many jobs a list with one parameter has; each has its seed once. */
+static int count_listed(struct fixture *f, const char *name, const char *value)
+{
+    int count = 0;
+    assert_int_equal(ask_list(f, name, value), 200);
+    for (const char *at = f->reply.body; (at = strstr(at, "\"seed\":")); at++)
+        count++;
+    return count;
+}
+
+static void filters_say_what_they_mean(void **state)
+{
+    struct fixture *f = *state;
+    char job[512];
+    for (int i = 1; i <= 5; i++) {
+        snprintf(job, sizeof(job), JOB(",\"seed\":%d,\"label\":\"%d..\",\"tags\":[\"t%d\"]"), i, i,
+                 i % 2);
+        assert_int_equal(ask(f, "POST", "/v1/jobs", job), 202);
+    }
+    assert_int_equal(count_listed(f, "seed>", "3"), 3);
+    assert_int_equal(count_listed(f, "seed<", "3"), 3);
+    assert_int_equal(count_listed(f, "seed!", "3"), 4);
+    assert_int_equal(count_listed(f, "seed", "2..4"), 3);
+    assert_int_equal(count_listed(f, "seed", "2.."), 4);
+    assert_int_equal(count_listed(f, "seed", "..2"), 2);
+    assert_int_equal(count_listed(f, "seed", "7..2"), 0);
+    assert_int_equal(count_listed(f, "tag", "t1"), 3);
+    assert_int_equal(count_listed(f, "label", "a..b"), 0);
+    assert_int_equal(count_listed(f, "owner", "local"), 5);
+    assert_int_equal(count_listed(f, "submitted_after", "2020-01-01"), 5);
+    assert_int_equal(count_listed(f, "submitted_before", "2020-01-01T00:00:00Z"), 0);
+    assert_int_equal(count_listed(f, "finished_after", "2020-01-01"), 0);
+    assert_int_equal(count_listed(f, "derived.steps", "100"), 5);
+    assert_int_equal(count_listed(f, "state", "queued"), 5);
+    assert_int_equal(ask_list(f, "sort", "seed"), 200);
+    assert_true(strstr(f->reply.body, "\"seed\":1") < strstr(f->reply.body, "\"seed\":5"));
+    assert_int_equal(ask_list(f, "sort", "-seed"), 200);
+    assert_true(strstr(f->reply.body, "\"seed\":1") > strstr(f->reply.body, "\"seed\":5"));
+    assert_int_equal(ask_list(f, "diametr", "1"), 400);
+    assert_says(f, "did you mean \\\"diameter\\\"?");
+    assert_int_equal(ask_list(f, "observables.msd.xyzzyplugh", "1"), 400);
+    assert_says(f, "known are observables.msd.first, ");
+}
+
+#define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(lists),
+        TEST(bad_lists),
+        TEST(filters_say_what_they_mean),
+    };
+    return cmocka_run_group_tests_name("find", tests, NULL, NULL);
+}
