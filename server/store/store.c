@@ -192,6 +192,8 @@ static enum store_status open_connection(struct opening *opening, int flags, sql
 
     if (code == SQLITE_OK)
         code = set_up(*db);
+    if (code == SQLITE_OK)
+        store_cache_add(*db);
     return code == SQLITE_OK ? STORE_OK : refuse_sqlite(opening, *db, "open the database");
 }
 
@@ -421,8 +423,11 @@ void store_close(struct store *store)
 {
     if (!store)
         return;
-    for (size_t i = 0; i < store->idle_count; i++)
+    for (size_t i = 0; i < store->idle_count; i++) {
+        store_cache_drop(store->idle[i]);
         sqlite3_close(store->idle[i]);
+    }
+    store_cache_drop(store->writer);
     if (sqlite3_close(store->writer) != SQLITE_OK)
         store_fault(store->writer, SQLITE_BUSY, "close");
     if (store->lock_fd >= 0)

@@ -147,6 +147,13 @@ enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct 
 enum store_status store_audit_add(sqlite3 *db, const struct audit_new *line);
 enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner_record *record);
 
+/* Statements of a connection that are kept for the next time; _add once, _drop before it is closed.
+ * take: one that nobody uses, NULL = there is none. give: back, or to be finalized. */
+void store_cache_add(sqlite3 *db);
+void store_cache_drop(sqlite3 *db);
+sqlite3_stmt *store_cache_take(sqlite3 *db, const char *sql);
+void store_cache_give(sqlite3 *db, sqlite3_stmt *statement);
+
 /* One transition inside a transaction; see store_jobs.h. error is for JOB_FAILED only. The working
  * data (chunks, checkpoints) of a job that ends here are dropped. */
 enum store_status store_jobs_move(sqlite3 *db, const char *id, enum job_state to,

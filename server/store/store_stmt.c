@@ -140,9 +140,11 @@ void store_read_end(struct store *store, sqlite3 *db)
 
 struct stmt stmt_init(sqlite3 *db, const char *sql)
 {
-    struct stmt stmt = {.db = db, .sql = sql};
-    int code = sqlite3_prepare_v2(db, sql, -1, &stmt.handle, NULL);
+    struct stmt stmt = {.db = db, .sql = sql, .handle = store_cache_take(db, sql)};
+    int code = SQLITE_OK;
 
+    if (!stmt.handle)
+        code = sqlite3_prepare_v3(db, sql, -1, SQLITE_PREPARE_PERSISTENT, &stmt.handle, NULL);
     if (code != SQLITE_OK)
         stmt.status = store_fault(db, code, sql);
     return stmt;
@@ -262,7 +264,8 @@ bool stmt_null(struct stmt *stmt, int column)
 
 enum store_status stmt_fini(struct stmt *stmt)
 {
-    sqlite3_finalize(stmt->handle); /* repeats an error that is known already */
+    if (stmt->handle)
+        store_cache_give(stmt->db, stmt->handle);
     stmt->handle = NULL;
     return stmt->status;
 }
