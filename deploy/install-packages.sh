@@ -43,6 +43,7 @@ look() {
     need_command npm npm
     if [ "${1:-}" = long ]; then
         need_command clang clang
+        need_command wrk wrk
     fi
 }
 
