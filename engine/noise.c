@@ -35,8 +35,8 @@ static void add_tick(struct noise *noise, const struct noise_key *key, int64_t t
     rods_add(z, noise->rows + row * stride, scale, stride);
 }
 
-void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
-               double *z)
+void noise_add_anew(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
+                    double *z)
 {
     if (!key->doubled) {
         add_tick(noise, key, tick, scale, z);

@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "kernels/normals.h"
+#include "kernels/rods.h"
 
 /* Normals kept at once, and the memory they take: fits the first-level cache. */
 enum { NOISE_KEPT = 2048, NOISE_BYTES_MAX = NOISE_KEPT * 8 };
@@ -23,10 +24,22 @@ struct noise {
 /* Takes its memory; to be called again to hand it out (arena.h). */
 void noise_layout(struct noise *noise, int64_t n, struct arena *scratch);
 
+/* What noise_add does where the row is not there yet, or more than one is needed. */
+void noise_add_anew(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
+                    double *z);
+
 /* z[i] += scale * normal(tick, i), i = 0 .. n-1; z has room for arena_whole(n). key->doubled: of
  * the step that ticks 2 tick and 2 tick + 1 make up, (normal(2 tick, i) + normal(2 tick + 1, i)) /
  * sqrt 2: the same noise. */
-void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
-               double *z);
+static inline void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick,
+                             double scale, double *z)
+{
+    const int64_t row = tick - noise->first, stride = normals_stride(noise->n);
+    bool there = noise->realization == key->realization && row >= 0 && row < noise->row_count;
+    if (there && !key->doubled)
+        rods_add(z, noise->rows + row * stride, scale, stride);
+    else
+        noise_add_anew(noise, key, tick, scale, z);
+}
 
 #endif

@@ -39,6 +39,12 @@ static inline uint64_t to_bits(double x)
     return bits;
 }
 
+/* A whole number below 2^52, without a conversion: 2^52 + i is exact. */
+static inline double number(int64_t i)
+{
+    return from_bits(0x4330000000000000u | (uint64_t)i) - 4503599627370496.0;
+}
+
 /* sin(2 pi v) for |v| <= 1/4. */
 static inline double sin_quarter(double v)
 {

@@ -4,6 +4,9 @@
 #include "isotonic.h"
 
 #include <stdbool.h>
+#ifdef __x86_64__
+#include <emmintrin.h>
+#endif
 
 /* Blocks found so far, in order; the open interval of single rods between them is implicit. */
 struct stack {
@@ -99,14 +102,28 @@ static void pool_from(double *y, int64_t n, int64_t i, struct stack *s)
     s->blocks[s->count++] = b;
 }
 
+/* Bit j: rod j is not behind its right neighbour, j = 0 .. 7. */
+static inline unsigned violations(const double *y)
+{
+    unsigned bad = 0;
+#ifdef __x86_64__
+    for (int j = 0; j < 8; j += 2) {
+        __m128d here = _mm_loadu_pd(y + j), right = _mm_loadu_pd(y + j + 1);
+        bad |= (unsigned)_mm_movemask_pd(_mm_cmpge_pd(here, right)) << j;
+    }
+#else
+    for (int j = 0; j < 8; j++)
+        bad |= (unsigned)(y[j] >= y[j + 1]) << j;
+#endif
+    return bad;
+}
+
 /* The first rod from i on that is not behind its right neighbour; n - 1 when there is none. Eight
  * at a time: which of them it is, is computed and not guessed. */
 static inline int64_t next_violation(const double *y, int64_t n, int64_t i)
 {
     for (; i + 8 < n; i += 8) {
-        unsigned bad = 0;
-        for (int j = 0; j < 8; j++)
-            bad |= (unsigned)(y[i + j] >= y[i + j + 1]) << j;
+        const unsigned bad = violations(y + i);
         if (bad)
             return i + __builtin_ctz(bad);
     }
