@@ -24,6 +24,15 @@ struct noise {
 /* Takes its memory; to be called again to hand it out (arena.h). */
 void noise_layout(struct noise *noise, int64_t n, struct arena *scratch);
 
+/* The normals of one tick, [arena_whole(n)], where they are at hand; else NULL. */
+static inline const double *noise_row(const struct noise *noise, const struct noise_key *key,
+                                      int64_t tick)
+{
+    const int64_t row = tick - noise->first;
+    bool there = noise->realization == key->realization && row >= 0 && row < noise->row_count;
+    return there && !key->doubled ? noise->rows + row * normals_stride(noise->n) : NULL;
+}
+
 /* What noise_add does where the row is not there yet, or more than one is needed. */
 void noise_add_anew(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
                     double *z);
@@ -34,10 +43,9 @@ void noise_add_anew(struct noise *noise, const struct noise_key *key, int64_t ti
 static inline void noise_add(struct noise *noise, const struct noise_key *key, int64_t tick,
                              double scale, double *z)
 {
-    const int64_t row = tick - noise->first, stride = normals_stride(noise->n);
-    bool there = noise->realization == key->realization && row >= 0 && row < noise->row_count;
-    if (there && !key->doubled)
-        rods_add(z, noise->rows + row * stride, scale, stride);
+    const double *row = noise_row(noise, key, tick);
+    if (row)
+        rods_add(z, row, scale, normals_stride(noise->n));
     else
         noise_add_anew(noise, key, tick, scale, z);
 }

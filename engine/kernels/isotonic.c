@@ -2,11 +2,9 @@
  * isotonic.c - see isotonic.h. Only blocks of two rods and more are kept on the stack; a rod
  * outside them is a block of its own, read from y. In a sparse ring the whole call is one scan. */
 #include "isotonic.h"
+#include "order.h"
 
 #include <stdbool.h>
-#ifdef __x86_64__
-#include <emmintrin.h>
-#endif
 
 /* Blocks found so far, in order; the open interval of single rods between them is implicit. */
 struct stack {
@@ -50,17 +48,20 @@ static bool top_ends_at(const struct stack *s, int64_t i)
     return s->count > 0 && s->blocks[s->count - 1].last == i;
 }
 
-/* The left neighbour joins b: rod b->first - 1 alone, or the stack's top that ends there. */
-static inline void take_left(struct isotonic_block *b, const double *y, struct stack *s)
+/* The left neighbour joins b: rod b->first - 1 alone, or the stack's top that ends there. The
+ * number of rods that it brings. */
+static inline double take_left(struct isotonic_block *b, const double *y, struct stack *s)
 {
     if (!top_ends_at(s, b->first - 1)) {
         b->first--;
         b->sum += y[b->first] - b->base;
-        return;
+        return 1;
     }
     const struct isotonic_block *a = &s->blocks[--s->count];
-    b->sum += a->sum + count_of(a) * (a->base - b->base);
+    const double count = count_of(a);
+    b->sum += a->sum + count * (a->base - b->base);
     b->first = a->first;
+    return count;
 }
 
 /* Rods i and i+1 are out of order: pool them and whatever follows from it. A mean is compared
@@ -70,8 +71,7 @@ static inline void take_left(struct isotonic_block *b, const double *y, struct s
 static void pool_from(double *y, int64_t n, int64_t i, struct stack *s)
 {
     struct isotonic_block b = {.first = i + 1, .last = i + 1, .base = y[i + 1]};
-    take_left(&b, y, s);
-    double count = count_of(&b);
+    double count = 1 + take_left(&b, y, s);
     for (bool apart = false; !apart;) {
         bool grown;
         do {
@@ -81,8 +81,7 @@ static void pool_from(double *y, int64_t n, int64_t i, struct stack *s)
             }
             grown = false;
             while (b.first > 0 && b.sum <= count * (y[b.first - 1] - b.base)) {
-                take_left(&b, y, s);
-                count = count_of(&b);
+                count += take_left(&b, y, s);
                 grown = true;
             }
         } while (grown);
@@ -90,32 +89,16 @@ static void pool_from(double *y, int64_t n, int64_t i, struct stack *s)
         apart = true;
         if (b.last + 1 < n && b.mean >= y[b.last + 1]) {
             b.sum += y[++b.last] - b.base;
+            count++;
             apart = false;
         }
         if (b.first > 0 && y[b.first - 1] >= b.mean) {
-            take_left(&b, y, s);
+            count += take_left(&b, y, s);
             apart = false;
         }
-        count = count_of(&b);
     }
     y[b.last] = b.mean;
     s->blocks[s->count++] = b;
-}
-
-/* Bit j: rod j is not behind its right neighbour, j = 0 .. 7. */
-static inline unsigned violations(const double *y)
-{
-    unsigned bad = 0;
-#ifdef __x86_64__
-    for (int j = 0; j < 8; j += 2) {
-        __m128d here = _mm_loadu_pd(y + j), right = _mm_loadu_pd(y + j + 1);
-        bad |= (unsigned)_mm_movemask_pd(_mm_cmpge_pd(here, right)) << j;
-    }
-#else
-    for (int j = 0; j < 8; j++)
-        bad |= (unsigned)(y[j] >= y[j + 1]) << j;
-#endif
-    return bad;
 }
 
 /* The first rod from i on that is not behind its right neighbour; n - 1 when there is none. Eight
@@ -123,7 +106,7 @@ static inline unsigned violations(const double *y)
 static inline int64_t next_violation(const double *y, int64_t n, int64_t i)
 {
     for (; i + 8 < n; i += 8) {
-        const unsigned bad = violations(y + i);
+        const unsigned bad = order_met(y + i);
         if (bad)
             return i + __builtin_ctz(bad);
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * ring_sort.c - see ring_sort.h. */
 #include "ring_sort.h"
-
+#include "order.h"
 #include "simd.h"
 
 #include <math.h>
@@ -14,6 +14,7 @@
 enum {
     MOVES_PER_ROD = 16, /* more: merging is cheaper than insertion */
     WINDOW = 5,         /* places that a rod moves without a branch to be guessed */
+    FEW = 32,           /* the order of so many is looked at on the spot */
     CROSSINGS = 5,      /* one pair in so many out of order: the window pays */
 };
 
@@ -111,6 +112,8 @@ static void sort_by_merging(double *y, int64_t n, double *scratch)
 
 static void sort_line(double *y, int64_t n, double *scratch)
 {
+    if (n <= FEW && order_kept(y, n))
+        return;
     int64_t crossed = count_crossed(y, n);
     if (crossed == 0)
         return;

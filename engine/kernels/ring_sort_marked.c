@@ -2,6 +2,7 @@
  * ring_sort_marked.c - see ring_sort_marked.h. Mirrors ring_sort.c step by step: the same points in
  * the same arithmetic. */
 #include "ring_sort_marked.h"
+#include "order.h"
 #include "ring_sort.h"
 
 #include <math.h>
@@ -56,8 +57,7 @@ static void sort_by_merging(const struct marked_rods *rods)
         for (int64_t start = 0; start < n; start += 2 * width) {
             int64_t left = n - start, end = left < 2 * width ? left : 2 * width;
             merge_runs((struct run){from.y + start, from.mark + start},
-                       (struct run){to.y + start, to.mark + start}, width < end ? width : end,
-                       end);
+                       (struct run){to.y + start, to.mark + start}, width < end ? width : end, end);
         }
         struct run swap = from;
         from = to;
@@ -71,6 +71,8 @@ static void sort_by_merging(const struct marked_rods *rods)
 
 static void sort_line(const struct marked_rods *rods)
 {
+    if (order_kept(rods->y, rods->count))
+        return;
     if (!sort_by_insertion((struct run){rods->y, rods->mark}, rods->count))
         sort_by_merging(rods);
 }

@@ -11,11 +11,17 @@ void rods_add(double *restrict out, const double *restrict x, double scale, int6
 }
 
 KERNEL_CLONES
-void rods_take(double *restrict out, double *restrict x, int64_t n)
+void rods_kick(double *restrict y, double *restrict kick, const double *restrict x, double scale,
+               int64_t n)
 {
-    for (int64_t i = 0; i < n; i++) {
-        out[i] += x[i];
-        x[i] = 0;
+    for (int64_t i = 0; i < n && !x; i++) {
+        y[i] += kick[i];
+        kick[i] = 0;
+    }
+    for (int64_t i = 0; i < n && x; i++) {
+        double next = 0 + scale * x[i];
+        y[i] = (y[i] + kick[i]) + next;
+        kick[i] = next;
     }
 }
 

@@ -11,8 +11,10 @@
 /* out[i] += scale * x[i], i = 0 .. n-1. */
 void rods_add(double *restrict out, const double *restrict x, double scale, int64_t n);
 
-/* out[i] += x[i], which is 0 afterwards. */
-void rods_take(double *restrict out, double *restrict x, int64_t n);
+/* y[i] += kick[i], which is scale * x[i] from then on, and once more: the second half of one kick
+ * and the first of the next. x = NULL: the kick is 0 from then on. */
+void rods_kick(double *restrict y, double *restrict kick, const double *restrict x, double scale,
+               int64_t n);
 
 /* y[i] += by. */
 void rods_shift(double *y, double by, int64_t n);

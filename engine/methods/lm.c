@@ -102,9 +102,12 @@ static void lm_advance(struct sim *sim, int64_t ticks)
     const struct marked_rods rods = {sim->y, work->kick, plan->particles, work->scratch};
     for (int64_t t = 0; t < ticks; t++) {
         proposal_add_forces(sim, sim->y, drift, work->kick);
-        rods_take(sim->y, work->kick, whole);
-        noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->kick);
-        rods_add(sim->y, work->kick, 1, whole);
+        const double *row = noise_row(&work->noise, &sim->noise, sim->clock->tick);
+        rods_kick(sim->y, work->kick, row, noise, whole);
+        if (!row) {
+            noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->kick);
+            rods_add(sim->y, work->kick, 1, whole);
+        }
         collide(plan, &rods);
         sim->clock->tick++;
     }
