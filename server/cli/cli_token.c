@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -106,14 +107,20 @@ static int write_token(const char *file, const char *token)
     return CLI_FAILED;
 }
 
+/* A time is cut to minutes. */
 static void print_cell(const struct answer *token, const char *path, int width)
 {
     struct text text = {0};
     answer_json_add(&text, answer_json_at(token, path));
     char *words = text_take(&text);
-    size_t taken = words && *words ? cli_text_width(words) : 1;
-    cli_put_clean(stdout, words && *words ? words : "-");
-    printf("%*s", taken < (size_t)width ? width - (int)taken : 1, "");
+    if (words && cli_parse_time(words) > 0 && strlen(words) > 16) {
+        words[10] = ' ';
+        words[16] = '\0';
+    }
+    const char *shown = words && *words ? words : "-";
+    int left = width - (int)cli_text_width(shown);
+    cli_put_clean(stdout, shown);
+    printf("%*s", width == 0 ? 0 : left > 2 ? left : 2, "");
     free(words);
 }
 
@@ -121,15 +128,14 @@ static int list(const struct cli_line *line)
 {
     static const struct {
         const char *head, *path;
-        int width;
-    } columns[] = {{"ID", "id", 20},
-                   {"OWNER", "owner", 16},
+        int width; /* 0: the last */
+    } columns[] = {{"ID", "id", 19},
+                   {"OWNER", "owner", 14},
                    {"ROLE", "role", 11},
-                   {"NAME", "name", 20},
-                   {"CREATED", "created_at", 26},
-                   {"EXPIRES", "expires_at", 26},
-                   {"LAST USED", "used_at", 26},
-                   {"REVOKED", "revoked_at", 1}};
+                   {"CREATED", "created_at", 18},
+                   {"EXPIRES", "expires_at", 18},
+                   {"REVOKED", "revoked_at", 18},
+                   {"NAME", "name", 0}};
     enum { COLUMNS = sizeof columns / sizeof *columns };
     const struct client_request request = {.method = "GET", .path = "/v1/tokens"};
     struct client *client = NULL;
@@ -186,6 +192,30 @@ static int revoke_all(const struct cli_line *line)
     return worst;
 }
 
+/* What may be used, and what has been. */
+static void print_quotas(const struct answer *quotas)
+{
+    const char *key;
+    for (size_t i = 0; i < answer_json_count(quotas); i++) {
+        const struct answer *quota = answer_json_item(quotas, i, &key);
+        double limit = answer_json_number(quota, "limit", INFINITY);
+        struct text text = {0};
+        for (const char *c = key; *c; c++)
+            text_add_bytes(&text, *c == '_' ? " " : c, 1);
+        text_add(&text, ": ");
+        cli_add_number(&text, answer_json_number(quota, "used", 0));
+        text_add(&text, " of ");
+        if (isfinite(limit))
+            cli_add_number(&text, limit);
+        else
+            text_add(&text, "any number");
+        char *words = text_take(&text);
+        cli_put_clean(stdout, words ? words : "");
+        putchar('\n');
+        free(words);
+    }
+}
+
 static int whoami(const struct cli_line *line)
 {
     const struct client_request request = {.method = "GET", .path = "/v1/me"};
@@ -200,6 +230,7 @@ static int whoami(const struct cli_line *line)
         struct answer *me = answer_json_load(raw.body, raw.size);
         const char *owner = answer_json_text(me, "owner"), *role = answer_json_text(me, "role");
         printf("%s, %s, at %s\n", owner ? owner : "?", role ? role : "?", client_url(client));
+        print_quotas(answer_json_at(me, "quotas"));
         answer_json_free(me);
     }
     client_answer_fini(&raw);
