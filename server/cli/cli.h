@@ -66,7 +66,7 @@ extern const struct cli_command cli_report_command, cli_bench_command, cli_schem
 extern const struct cli_command cli_submit_command, cli_cancel_command, cli_estimate_command;
 extern const struct cli_command cli_watch_command, cli_list_command, cli_get_command;
 extern const struct cli_command cli_export_command, cli_sweep_command, cli_token_command;
-extern const struct cli_command cli_whoami_command, cli_completion_command;
+extern const struct cli_command cli_whoami_command, cli_completion_command, cli_backup_command;
 
 /* ---- cli_commands.c */
 

@@ -122,7 +122,7 @@ static void choose_differing(struct list_table *table, const struct answer *rows
         return;
     for (size_t i = 0; i < count; i++)
         answer_json_leaves(answer_json_at(answer_json_item(rows, i, &key), "job"), table,
-                            take_scalar);
+                           take_scalar);
     for (size_t i = 0; i < table->count; i++) {
         struct list_column *column = &table->column[i];
         column->shown = column->differs || column->met != count;
@@ -200,6 +200,8 @@ int list_table_print(struct list_table *table, const struct answer *rows, size_t
         }
         text_add(&text, "\n");
     }
+    if (heads && count == 0 && table->screen.terminal)
+        fprintf(stderr, "there are none\n");
     text.failed |= table->failed;
     return cli_print_take(text_take(&text));
 }
