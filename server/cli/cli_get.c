@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { LINES_MAX = 100, LIST_WIDTH = 60, CSV_COLUMNS_MAX = 64 };
+enum { LINES_MAX = 100, LIST_WIDTH = 90, CSV_COLUMNS_MAX = 64 };
 
 static int print_record(const struct cli_line *line, struct client *client, const char *path);
 static int print_table(const struct cli_line *line, struct client *client, const char *path);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * A struct answer is the JSON library's value by another name. */
 #include "answer_json.h"
+#include "dump_json.h"
 #include "limits.h"
 
 #include <jansson.h>
@@ -79,16 +80,10 @@ const struct answer *answer_json_item(const struct answer *answer, size_t i, con
 void answer_json_add(struct text *text, const struct answer *answer)
 {
     const json_t *value = value_of(answer);
-    if (json_is_string(value)) {
+    if (json_is_string(value))
         text_add(text, "%s", json_string_value(value));
-    } else if (json_is_real(value)) {
-        text_add_number(text, json_real_value(value));
-    } else if (value && !json_is_null(value)) {
-        char *json = json_dumps(value, JSON_ENCODE_ANY | JSON_COMPACT | JSON_REAL_PRECISION(17));
-        text_add(text, "%s", json ? json : "");
-        text->failed |= !json;
-        free(json);
-    }
+    else if (value && !json_is_null(value))
+        dump_json_add(text, value);
 }
 
 /* Depth first, without recursion: where it is at each depth. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "request_json.h"
+#include "dump_json.h"
 #include "scan_json.h"
 #include "text.h"
 
@@ -200,7 +201,8 @@ static json_t *read_pointers(const char *text)
 
 static char *print(json_t *object)
 {
-    char *text = json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    struct text text = {0};
+    dump_json_add(&text, object);
     json_decref(object);
-    return text;
+    return text_take(&text);
 }

@@ -28,6 +28,9 @@ static void a_ticket_is_set_and_replaces(void **state)
     (void)state;
     assert_submit("{\"time\":1,\"label\":\"old\"}", &all,
                   "{\"time\":1,\"label\":\"x \\\"y\\\"\",\"priority\":-3,\"tags\":[\"a\",\"b\"]}");
+    assert_submit("{\"a\":[0.1,-2.5e-7,3,\"0.1\\\\\",1e22],\"b\":{}}",
+                  &(struct request_ticket){.label = "0.2"},
+                  "{\"a\":[0.1,-2.5e-07,3,\"0.1\\\\\",1e+22],\"b\":{},\"label\":\"0.2\"}");
     assert_submit(" {\"time\":1} \n", &(struct request_ticket){0}, " {\"time\":1} \n");
 }
 
@@ -151,7 +154,7 @@ static void answers_are_read_by_paths(void **state)
     assert_int_equal(answer_json_count(answer_json_at(answer, "jobs")), 1);
     answer_json_leaves(answer, &leaves, add_leaf);
     char *all = text_take(&leaves);
-    assert_string_equal(all, "jobs=[{\"id\":\"j1\",\"n\":0.10000000000000001,\"ok\":true}];"
+    assert_string_equal(all, "jobs=[{\"id\":\"j1\",\"n\":0.1,\"ok\":true}];"
                              "a.b.c=7;list=[1,2];");
     free(all);
     answer_json_free(answer);
