@@ -151,32 +151,44 @@ static double seconds_left(const struct watch_item *item)
 
 /* ------------------------------------------------------------------ a terminal */
 
-/* What there is no room for is counted in one line. */
-static void draw_rest(const struct cli_screen *screen, const struct watch_item *items, size_t count)
+/* Running ones are of most interest, then those that will. */
+enum { RUNNING, WAITING, ENDED, CLASSES };
+
+static int class_of(const struct watch_item *item)
 {
-    size_t running = 0, queued = 0, ended = 0;
-    for (size_t i = 0; i < count; i++) {
-        ended += items[i].ended;
-        running += strcmp(items[i].state, "running") == 0;
-        queued += strcmp(items[i].state, "queued") == 0;
-    }
-    fprintf(screen->out, "\r\033[Kand %zu more: %zu running, %zu queued, %zu ended\n", count,
-            running, queued, ended);
+    return item->ended ? ENDED : strcmp(item->state, "running") == 0 ? RUNNING : WAITING;
+}
+
+/* Draws `room` of them, in their order if that is all; counts the others. */
+static void draw_some(const struct cli_screen *screen, const struct watch_item *items, size_t count,
+                      size_t room, size_t rest[CLASSES])
+{
+    size_t id_width = 0, shown = 0;
+    bool all = room >= count;
+    for (size_t i = 0; i < count; i++)
+        id_width = strlen(items[i].id) > id_width ? strlen(items[i].id) : id_width;
+    for (int class = 0; class < (all ? 1 : CLASSES); class ++)
+        for (size_t i = 0; i < count; i++) {
+            if (!all && class_of(&items[i]) != class)
+                continue;
+            if (shown++ < room)
+                draw_item(screen, &items[i], id_width);
+            else
+                rest[class]++;
+        }
 }
 
 void watch_items_draw(const struct cli_screen *screen, const struct watch_item *items, size_t count,
                       const char *remark, size_t *lines)
 {
-    size_t room = screen->height > 4 ? screen->height - 3 : 1, id_width = 0;
+    size_t room = screen->height > 4 ? screen->height - 3 : 1, rest[CLASSES] = {0};
     size_t shown = count <= room ? count : room - 1;
     if (*lines > 0)
         fprintf(screen->out, "\033[%zuA", *lines);
-    for (size_t i = 0; i < count; i++)
-        id_width = strlen(items[i].id) > id_width ? strlen(items[i].id) : id_width;
-    for (size_t i = 0; i < shown; i++)
-        draw_item(screen, &items[i], id_width);
+    draw_some(screen, items, count, shown, rest);
     if (shown < count)
-        draw_rest(screen, items + shown, count - shown);
+        fprintf(screen->out, "\r\033[Kand %zu more: %zu running, %zu queued, %zu ended\n",
+                count - shown, rest[RUNNING], rest[WAITING], rest[ENDED]);
     fprintf(screen->out, "\r\033[J%s", remark ? remark : "");
     *lines = shown + (shown < count);
     fflush(screen->out);
