@@ -77,8 +77,10 @@ struct http *http_start(const struct http_options *options, char *reason, size_t
         snprintf(reason, size, "the HTTP library does not start, the log says why");
         goto fail;
     }
-    if (pthread_create(&http->reaper, NULL, http_reap, http) == 0)
+    if (pthread_create(&http->reaper, NULL, http_reap, http) == 0) {
+        pthread_setname_np(http->reaper, "http-reaper");
         return http;
+    }
     snprintf(reason, size, "no thread to be had");
     MHD_stop_daemon(http->daemon);
     http->listen_fd = -1; /* closed with the daemon */

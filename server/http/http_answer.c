@@ -130,5 +130,6 @@ void http_answer_done(struct http *http, struct exchange *exchange, bool cut)
                          log_integer("bytes", (int64_t)done.bytes),
                          log_number("ms", (double)done.us / 1000),
                          log_text("owner", reply->owner[0] ? reply->owner : NULL),
-                         log_text("request", done.id), log_text("end", cut ? "cut" : "whole")));
+                         log_text("request", done.id), log_text("end", cut ? "cut" : "whole"),
+                         log_text(reply->location[0] ? "location" : NULL, reply->location)));
 }

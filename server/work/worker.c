@@ -523,6 +523,8 @@ struct workers *workers_start(size_t count, struct queue *queue, struct store *s
         worker->workers = workers;
         atomic_store(&worker->alive, true);
         code = pthread_create(&worker->thread, NULL, worker_main, worker);
+        if (code == 0)
+            pthread_setname_np(worker->thread, "worker");
         workers->count += code == 0;
     }
     pthread_sigmask(SIG_SETMASK, &kept, NULL);

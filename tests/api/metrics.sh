@@ -93,6 +93,7 @@ line mine-1 >"$T/line"
 check "one line tells of it" [ "$(wc -l <"$T/line")" = 1 ]
 check "all there is to tell" grep -Eq \
     'method=GET path=/v1/jobs status=200 bytes=[0-9]+ ms=[0-9.e-]+ owner=local request=mine-1 end=whole$' "$T/line"
+check "and what was made by whom" grep -Eq "method=POST path=/v1/jobs status=202 .*location=/v1/jobs/$SHORT_ID$" "$T/stderr"
 check "but not what is asked for" sh -c '! grep -q secret "$1"' - "$T/stderr"
 daemon_end TERM
 
