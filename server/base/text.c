@@ -19,16 +19,21 @@ void text_add(struct text *text, const char *format, ...)
         text_add_bytes(text, format, strlen(format));
         return;
     }
+    if (text->failed)
+        return;
+    size_t left = text->bytes ? text->room - text->size : 0; /* as a rule it fits */
     va_start(args, format);
-    int size = vsnprintf(NULL, 0, format, args);
+    int size = vsnprintf(left ? text->bytes + text->size : NULL, left, format, args);
     va_end(args);
     if (size < 0)
         text->failed = true;
-    if (size < 0 || !reserve(text, (size_t)size))
+    if (size < 0 || ((size_t)size >= left && !reserve(text, (size_t)size)))
         return;
-    va_start(args, format);
-    vsnprintf(text->bytes + text->size, (size_t)size + 1, format, args);
-    va_end(args);
+    if ((size_t)size >= left) {
+        va_start(args, format);
+        vsnprintf(text->bytes + text->size, (size_t)size + 1, format, args);
+        va_end(args);
+    }
     text->size += (size_t)size;
 }
 

@@ -5,6 +5,7 @@
 
 #include <inttypes.h>
 #include <jansson.h>
+#include <string.h>
 #include <time.h>
 
 static void add_record(struct text *text, const struct record_view *view);
@@ -74,7 +75,11 @@ static void add_record(struct text *text, const struct record_view *view)
     record_json_add_time(text, "submitted_at", record->submitted_ms);
     record_json_add_time(text, "started_at", record->started_ms);
     record_json_add_time(text, "finished_at", record->finished_ms);
-    text_add(text, ",\"job\":%s,\"derived\":%s,\"error\":", record->job, record->derived);
+    text_add(text, ",\"job\":"); /* they are long, and printf goes byte by byte */
+    text_add_bytes(text, record->job, strlen(record->job));
+    text_add(text, ",\"derived\":");
+    text_add_bytes(text, record->derived, strlen(record->derived));
+    text_add(text, ",\"error\":");
     if (record->error)
         text_add_json_string(text, record->error);
     else
