@@ -277,11 +277,13 @@ static void add_components(struct text *text)
             text_add(text, "\",\"content\":{\"application/problem+json\":{\"schema\":{"
                            "\"$ref\":\"#/components/schemas/Problem\"}}}}");
     }
-    text_add(text, "},\"parameters\":{"
-                   "\"id\":{\"name\":\"id\",\"in\":\"path\",\"required\":true,\"schema\":{"
-                   "\"type\":\"string\",\"pattern\":\"^[a-z0-9-]+$\"}},"
-                   "\"name\":{\"name\":\"name\",\"in\":\"path\",\"required\":true,\"schema\":{"
-                   "\"type\":\"string\",\"pattern\":\"^[a-z0-9_]+$\"}},");
+    text_add(text, "},\"parameters\":{");
+    const struct route_arg *arg;
+    for (size_t i = 0; (arg = routes_arg(i)); i++)
+        text_add(text,
+                 "\"%s\":{\"name\":\"%s\",\"in\":\"path\",\"required\":true,\"schema\":{"
+                 "\"type\":\"string\",\"pattern\":\"^%s{1,%d}$\"}},",
+                 arg->name, arg->name, arg->set, CALL_ARG_SIZE - 1);
     text_add(
         text,
         "\"filters\":{\"name\":\"filters\",\"in\":\"query\",\"style\":\"form\",\"explode\":true,"

@@ -169,6 +169,18 @@ static const struct route routes[] = {
 };
 /* clang-format on */
 
+#define LETTERS_DIGITS "abcdefghijklmnopqrstuvwxyz0123456789"
+static const struct route_arg args[] = {
+    {"id", LETTERS_DIGITS "-", "[a-z0-9-]"},
+    {"name", LETTERS_DIGITS "_", "[a-z0-9_]"},
+    {"owner", LETTERS_DIGITS "_-", "[a-z0-9_-]"},
+};
+
+const struct route_arg *routes_arg(size_t index)
+{
+    return index < sizeof(args) / sizeof(args[0]) ? &args[index] : NULL;
+}
+
 const struct route *routes_at(size_t index)
 {
     return index < sizeof(routes) / sizeof(routes[0]) ? &routes[index] : NULL;

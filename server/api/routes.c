@@ -92,15 +92,15 @@ static bool match(const char *pattern, const char *path, struct call *call)
     return *path == '\0';
 }
 
-/* Takes from the path what {id}, {owner} or {name} may stand for; its length, 0 when there is none.
- */
+/* Takes from the path what {id} or the like may stand for; its length, 0 when there is none. */
 static size_t capture(const char *kind, const char *path, char arg[CALL_ARG_SIZE])
 {
-    bool id = strncmp(kind, "{id}", 4) == 0, owner = strncmp(kind, "{owner}", 7) == 0;
-    const char *allowed = owner ? "abcdefghijklmnopqrstuvwxyz0123456789_-"
-                          : id  ? "abcdefghijklmnopqrstuvwxyz0123456789-"
-                                : "abcdefghijklmnopqrstuvwxyz0123456789_";
-    size_t length = strspn(path, allowed);
+    const struct route_arg *row;
+    size_t at = 0, name = strcspn(kind + 1, "}");
+    while ((row = routes_arg(at)) &&
+           (strlen(row->name) != name || strncmp(kind + 1, row->name, name) != 0))
+        at++;
+    size_t length = row ? strspn(path, row->characters) : 0;
     if (length >= CALL_ARG_SIZE)
         return 0;
     memcpy(arg, path, length);

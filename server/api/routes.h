@@ -62,6 +62,12 @@ struct route {
     uint64_t problems;
 };
 
+/* What may stand for {name} in a path: some characters, fewer than CALL_ARG_SIZE. */
+struct route_arg {
+    const char *name, *characters, *set; /* set: the same as in a regular expression */
+};
+const struct route_arg *routes_arg(size_t index); /* NULL past the last */
+
 /* In the order of the documentation; NULL past the last. */
 const struct route *routes_at(size_t index);
 

@@ -63,6 +63,23 @@ static void queries_are_complete(void **state)
     assert_true(found > 3);
 }
 
+/* Every {...} of a pattern is one that routes.c knows. */
+static void arguments_are_known(void **state)
+{
+    (void)state;
+    const struct route *route;
+    for (size_t i = 0; (route = routes_at(i)); i++) {
+        for (const char *at = strchr(route->pattern, '{'); at; at = strchr(at + 1, '{')) {
+            const struct route_arg *arg;
+            bool known = false;
+            for (size_t k = 0; (arg = routes_arg(k)); k++)
+                known = known || (strncmp(at + 1, arg->name, strlen(arg->name)) == 0 &&
+                                  at[strlen(arg->name) + 1] == '}');
+            SAY(route, known);
+        }
+    }
+}
+
 static void ids_are_unique(void **state)
 {
     (void)state;
@@ -171,9 +188,10 @@ static void unknown_and_repeated(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rows_are_complete), cmocka_unit_test(queries_are_complete),
-        cmocka_unit_test(ids_are_unique),    cmocka_unit_test(problems_follow),
-        cmocka_unit_test(values_must_fit),   cmocka_unit_test(unknown_and_repeated),
+        cmocka_unit_test(rows_are_complete),    cmocka_unit_test(queries_are_complete),
+        cmocka_unit_test(ids_are_unique),       cmocka_unit_test(arguments_are_known),
+        cmocka_unit_test(problems_follow),      cmocka_unit_test(values_must_fit),
+        cmocka_unit_test(unknown_and_repeated),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
