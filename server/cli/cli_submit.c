@@ -5,6 +5,7 @@
 #include "cli_watch.h"
 #include "cli_words.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -194,7 +195,7 @@ const struct cli_command cli_cancel_command = {
 
 /* ------------------------------------------------------------------ estimate */
 
-static void print_estimate(const struct answer *estimate);
+static void print_quantity(void *context, const char *path, const struct answer *value);
 
 static int estimate(const struct cli_line *line)
 {
@@ -213,7 +214,7 @@ static int estimate(const struct cli_line *line)
         status = cli_print_bytes(raw.body, raw.size);
     } else if (status == CLI_OK) {
         struct answer *tree = answer_json_load(raw.body, raw.size);
-        print_estimate(tree);
+        answer_json_leaves(tree, NULL, print_quantity);
         answer_json_free(tree);
     }
     client_answer_fini(&raw);
@@ -228,35 +229,34 @@ static bool ends_with(const char *text, const char *end)
     return length >= size && strcmp(text + length - size, end) == 0;
 }
 
-/* A line for each member; its unit is in the name. */
-static void print_estimate(const struct answer *estimate)
+/* Its unit is in the name: "memory_bytes", "core_seconds", "finished_at". */
+static void print_quantity(void *context, const char *path, const struct answer *value)
 {
-    const char *key;
-    for (size_t i = 0; i < answer_json_count(estimate); i++) {
-        const struct answer *value = answer_json_item(estimate, i, &key);
-        double number = answer_json_number(value, "", -1);
-        const char *unit = ends_with(key, "_bytes")     ? "_bytes"
-                           : ends_with(key, "_seconds") ? "_seconds"
-                                                        : "";
-        struct text text = {0};
-        int length = (int)(strlen(key) - strlen(unit));
-        if (number >= 0 && *unit == '\0')
-            cli_add_number(&text, number);
-        else if (number >= 0 && unit[1] == 'b')
-            cli_add_bytes(&text, number);
-        else if (number >= 0)
-            cli_add_duration(&text, number, true);
-        else
-            answer_json_add(&text, value);
-        char *words = text_take(&text), *name = strndup(key, (size_t)length);
-        for (char *c = name; c && *c; c++)
-            *c = *c == '_' ? ' ' : *c;
-        printf("%-14s ", name ? name : "");
-        cli_put_clean(stdout, words && *words ? words : "-");
-        putchar('\n');
-        free(words);
-        free(name);
+    double number = answer_json_number(value, "", NAN);
+    int64_t time = cli_parse_time(answer_json_text(value, ""));
+    struct text text = {0};
+    (void)context;
+    if (isnan(number))
+        answer_json_add(&text, value);
+    else if (ends_with(path, "_bytes"))
+        cli_add_bytes(&text, number);
+    else if (ends_with(path, "_seconds"))
+        cli_add_duration(&text, number, true);
+    else
+        cli_add_number(&text, number);
+    if (time > cli_now_ms()) {
+        text_add(&text, " (in ");
+        cli_add_duration(&text, (double)(time - cli_now_ms()) / 1000, true);
+        text_add(&text, ")");
     }
+    char *words = text_take(&text), *name = strdup(path);
+    for (char *c = name; c && *c; c++)
+        *c = *c == '_' || *c == '.' ? ' ' : *c;
+    printf("%-24s ", name ? name : "");
+    cli_put_clean(stdout, words ? words : "");
+    putchar('\n');
+    free(words);
+    free(name);
 }
 
 const struct cli_command cli_estimate_command = {

@@ -36,7 +36,8 @@ job='{"particles":10,"length":20,"diameter":0.5,"potential":{"type":"cosine","am
 "method":"bcd","time_step":1e-3,"time":1,"realizations":2,"observables":{"density":{"bins":4},"energy":{}}}'
 printf '%s' "$job" >"$T/job.json"
 printf '%s' "$job" | sed 's/"time":1,/"time":1e6,/' >"$T/long.json"
-printf '%s' "$job" | sed 's/"time":1,/"time":400,"seed":5,/' >"$T/medium.json"
+printf '%s' "$job" | sed 's/"time":1,/"time":2,"seed":5,/' >"$T/other.json"
+printf '%s' "$job" | sed 's/"time":1,/"time":1500,"seed":6,/' >"$T/medium.json"
 printf '{"particles":-1,"frobnicate":2}' >"$T/bad.json"
 unset BCD_TOKEN NO_COLOR
 
@@ -70,7 +71,7 @@ bcd submit --label 'a "b" ä' --tag one --tag two --priority 7 --force --json "$
 check "submit: label, tags, priority" \
     out '."label" == "a \"b\" ä" and .tags == ["one", "two"] and .priority == 7'
 check "submit --force: another job" sh -c "! grep -q $ID '$T/out'"
-bcd submit "$T/job.json" "$T/bad.json" "$T/medium.json"
+bcd submit "$T/job.json" "$T/bad.json" "$T/other.json"
 check "submit: a wrong file among right ones: exit status 1" exits 1
 check "submit: the others are taken" sh -c "[ \$(wc -l <'$T/out') -eq 2 ]"
 check "submit: faults with their pointers" says '/particles: must be'
@@ -135,7 +136,7 @@ check "list: an unknown filter: its name" says 'frobnicate'
 
 # --- estimate, cancel
 bcd estimate "$T/long.json"
-check "estimate: memory" prints 'memory +[0-9.]+ [kM]?B'
+check "estimate: memory" prints 'memory bytes +[0-9.]+ [kM]?B'
 bcd estimate --json "$T/long.json"
 check "estimate --json: the server's" out '.memory_bytes > 0'
 bcd submit "$T/long.json"
@@ -156,9 +157,14 @@ bcd submit "$T/medium.json"
 MEDIUM=$(cat "$T/out")
 "$B/bcd" watch "$MEDIUM" "$ID" >"$T/watched" 2>"$T/err" &
 watch=$!
-sleep 0.5
+tries=0
+until grep -q "^$MEDIUM running [1-9]" "$T/watched" || [ $tries -ge 500 ]; do
+    sleep 0.01
+    tries=$((tries + 1))
+done
+check "watch: it runs" grep -q "^$MEDIUM running" "$T/watched"
 daemon_end KILL
-sleep 0.3
+sleep 0.2
 LISTEN=127.0.0.1:$port
 daemon_start "$T/data" --workers 2
 wait $watch
