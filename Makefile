@@ -36,7 +36,7 @@ SUPPORT_SRC = $(filter-out $(TEST_SRC), $(wildcard tests/*/*.c))
 Q = $(if $V,,@)# make V=1 shows whole commands
 obj        = $(patsubst %.c,$B/obj/%.o,$(1))
 
-all: $B/bcdd $B/bcd $B/libbcd.so
+all: $B/bcdd $B/bcd $B/libbcd.so $B/bcd_sqlite.so
 
 $B/obj/engine/%.o: engine/%.c
 	@mkdir -p $(@D)
@@ -77,6 +77,16 @@ $B/libbcd.so: $(call obj,$(ENGINE_SRC))
 $B/libserver.a: $(call obj,$(SERVER_SRC))
 	@rm -f $@
 	$Qar rcs $@ $^
+# What other programs load into SQLite: the tables of store_sql_tables.h, compiled once more so that
+# they reach SQLite through the program that loads them.
+EXTENSION_OBJ = $(patsubst %,$B/obj/extension/%.o,store_sql_tables store_sql_view)
+$B/obj/extension/%.o: server/store/%.c
+	@mkdir -p $(@D)
+	$(if $V,,@echo "  CC $< (extension)")
+	$Q$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -DBCD_SQLITE_EXTENSION -c -o $@ $<
+$B/bcd_sqlite.so: $(EXTENSION_OBJ) $(call obj,$(addprefix server/base/,sample.c text.c json_number.c)) $B/libbcd.a
+	$Q$(CC) $(LDFLAGS) -shared $(if $(findstring -fsanitize,$(LDFLAGS)),,-Xlinker --no-undefined) \
+		-o $@ $^ $(ENGINE_LIBS) -lm
 $B/bcdd: $B/obj/server/main.o $B/libserver.a $B/libbcd.a
 	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
 $B/bcd: $B/obj/server/cli/cli.o $B/libserver.a $B/libbcd.a
@@ -119,6 +129,7 @@ schema: $B/bcd
 install: all
 	install -D -m 755 $B/bcdd $(DESTDIR)$(PREFIX)/bin/bcdd
 	install -D -m 755 $B/bcd $(DESTDIR)$(PREFIX)/bin/bcd
+	install -D -m 644 $B/bcd_sqlite.so $(DESTDIR)$(PREFIX)/lib/bcd/bcd_sqlite.so
 	$B/bcd help --man > $B/bcd.1
 	$B/bcd completion bash > $B/bcd.bash
 	$B/bcd completion zsh > $B/_bcd

@@ -410,12 +410,17 @@ enum store_status store_open_schema(struct store **store, const char *dir,
     return status;
 }
 
-enum store_status store_open(struct store **store, const char *dir, char *reason, size_t size)
+const struct store_schema *store_schema(void)
 {
     static const struct store_schema schema = {migrations,
                                                sizeof migrations / sizeof migrations[0]};
 
-    return store_open_schema(store, dir, &schema, reason, size);
+    return &schema;
+}
+
+enum store_status store_open(struct store **store, const char *dir, char *reason, size_t size)
+{
+    return store_open_schema(store, dir, store_schema(), reason, size);
 }
 
 /* Readers first: the last connection to close checkpoints, and that must be the writer. */

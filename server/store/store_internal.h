@@ -70,6 +70,7 @@ struct store_schema {
     const struct migration *migrations;
     size_t count;
 };
+const struct store_schema *store_schema(void); /* the one compiled in */
 enum store_status store_open_schema(struct store **store, const char *dir,
                                     const struct store_schema *schema, char *reason, size_t size);
 

@@ -35,7 +35,7 @@ report "only *_json.c and main.c know jansson" \
     "$(system engine server | awk '$2 == "jansson.h" && $1 !~ /^server\/(form\/[a-z_]*_json|main)\.c$/')"
 
 report "only store*.c know SQLite" \
-    "$(system engine server | awk '$2 == "sqlite3.h" && $1 !~ /^server\/store\/store[a-z_]*\.[ch]$/')"
+    "$(system engine server | awk '$2 ~ /^sqlite3(ext)?\.h$/ && $1 !~ /^server\/store\/store[a-z_]*\.[ch]$/')"
 
 report "only client.c knows libcurl" \
     "$(system engine server | awk '$2 ~ /^curl\// && $1 != "server/cli/client.c"')"
