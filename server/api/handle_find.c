@@ -133,30 +133,32 @@ static void read_filter(struct asked *asked, const char *name, const char *value
 /* submitted_after, finished_before, ...: true if the name is one of them. */
 static bool read_moment(struct asked *asked, const char *name, const char *value)
 {
-    static const char *const stems[] = {"submitted_", "started_", "finished_"};
-    size_t count = asked->query.condition_count;
+    static const struct {
+        const char *name, *path;
+        bool before;
+    } moments[] = {
+        {"submitted_after", "submitted_at", false}, {"submitted_before", "submitted_at", true},
+        {"started_after", "started_at", false},     {"started_before", "started_at", true},
+        {"finished_after", "finished_at", false},   {"finished_before", "finished_at", true},
+    };
+    size_t count = asked->query.condition_count, i = 0;
     struct find_condition *condition = &asked->condition[count];
-    for (size_t i = 0; i < sizeof(stems) / sizeof(stems[0]); i++) {
-        size_t length = strlen(stems[i]);
-        bool after = strncmp(name, stems[i], length) == 0 && strcmp(name + length, "after") == 0;
-        bool before = strncmp(name, stems[i], length) == 0 && strcmp(name + length, "before") == 0;
-        int64_t ms = 0;
-        if (!after && !before)
-            continue;
-        if (!iso_time_parse(value, &ms))
-            bcd_errors_add(&asked->errors, name,
-                           "must be a time like 2026-11-26T12:00Z or milliseconds since 1970, not "
-                           "\"%.40s\"",
-                           value);
-        snprintf(asked->path[count], JOB_PATH_SIZE, "%sat", stems[i]);
-        snprintf(asked->bound[count][0], TEXT_SIZE, "%" PRId64, ms - before);
-        *condition = (struct find_condition){.path = asked->path[count],
-                                             .relation = FIND_WITHIN,
-                                             .least = after ? asked->bound[count][0] : NULL,
-                                             .most = before ? asked->bound[count][0] : NULL};
-        return true;
-    }
-    return false;
+    int64_t ms = 0;
+    while (i < sizeof(moments) / sizeof(moments[0]) && strcmp(moments[i].name, name) != 0)
+        i++;
+    if (i == sizeof(moments) / sizeof(moments[0]))
+        return false;
+    if (!iso_time_parse(value, &ms))
+        bcd_errors_add(&asked->errors, name,
+                       "must be a time like 2026-11-26T12:00Z or milliseconds since 1970, not "
+                       "\"%.40s\"",
+                       value);
+    snprintf(asked->bound[count][0], TEXT_SIZE, "%" PRId64, ms - moments[i].before);
+    condition->path = moments[i].path;
+    condition->relation = FIND_WITHIN;
+    condition->least = moments[i].before ? NULL : asked->bound[count][0];
+    condition->most = moments[i].before ? asked->bound[count][0] : NULL;
+    return true;
 }
 
 /* "diameter>=0.3": the value must be a number. */
@@ -193,7 +195,8 @@ static void read_equal(struct asked *asked, const char *value)
 /* A misspelt path must not look like a job that is not there. */
 static bool check_path(struct asked *asked, const char *name, const char *path)
 {
-    bool known = job_path_is_plain(path);
+    bool usual = strcmp(path, "label") == 0 || strcmp(path, "owner") == 0;
+    bool known = usual || job_path_is_plain(path);
     if (!known && (strncmp(path, "derived.", 8) == 0 || strncmp(path, "results.", 8) == 0))
         store_find_known(asked->service->store, path, &known);
     if (!known)
