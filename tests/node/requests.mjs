@@ -167,6 +167,12 @@ function judge(operation, answer, head) {
       expect(answer.json.status === answer.status, where, answer.json.status);
   } else {
     expect(!/json/.test(answer.type) || /ndjson/.test(answer.type), where, 'is no JSON');
+    const lines = answer.text.split('\n');
+    if (answer.type === 'application/x-ndjson')
+      expect(lines.pop() === '' && lines.every((line) => JSON.parse(line)), where, 'ends early');
+    if (answer.type === 'text/event-stream')
+      for (const line of lines.slice(0, -2).filter((l) => l.startsWith('data:')))
+        expect(typeof JSON.parse(line.slice(5)) === 'object', where, line);
     expect(answer.type !== 'image/svg+xml' || answer.text.endsWith('</svg>\n'), where, 'ends early');
   }
 }
