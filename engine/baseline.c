@@ -26,7 +26,7 @@ void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks)
     struct noise source;
     _Alignas(ARENA_ALIGNMENT) unsigned char rows[NOISE_BYTES_MAX];
     struct arena scratch = {.bytes = rows};
-    noise_layout(&source, n, &scratch);
+    noise_layout(&source, n, 1, &scratch);
     for (int64_t t = 0; t < ticks; t++) {
         for (int64_t start = 0; start < n; start += TILE) {
             int64_t count = n - start < TILE ? arena_whole(n - start) : TILE;
@@ -88,7 +88,7 @@ static void lay_out(struct bcd_baseline *b)
     const size_t rods = (size_t)arena_whole(b->n) * sizeof(double);
     struct arena *arena = &b->arena;
     arena->used = 0;
-    noise_layout(&b->source, b->n, arena);
+    noise_layout(&b->source, b->n, 1, arena);
     b->y = arena_take(arena, rods);
     b->other = strang || sticky ? arena_take(arena, rods) : NULL;
     b->blocks = !strang || b->features & (FIELD | STICKY)
@@ -98,7 +98,7 @@ static void lay_out(struct bcd_baseline *b)
     b->counts = b->features & DENSITY ? arena_take(arena, 2 * BINS * sizeof *b->counts) : NULL;
     if (!strang || !(b->features & DENSITY) || !(b->features & (FIELD | STICKY)))
         return;
-    noise_layout(&b->view_source, b->n, arena);
+    noise_layout(&b->view_source, b->n, SAMPLE_STEPS, arena);
     b->view = arena_take(arena, rods);
 }
 

@@ -7,9 +7,9 @@
 
 enum { SMALL = 512 };
 
-void noise_layout(struct noise *noise, int64_t n, struct arena *scratch)
+void noise_layout(struct noise *noise, int64_t n, int64_t every, struct arena *scratch)
 {
-    *noise = (struct noise){.n = n, .realization = -1};
+    *noise = (struct noise){.n = n, .every = every, .realization = -1};
     if (n > SMALL)
         return;
     noise->row_count = NOISE_KEPT / normals_stride(n);
@@ -24,9 +24,11 @@ static void add_tick(struct noise *noise, const struct noise_key *key, int64_t t
         normals_add(z, noise->n, scale, key, tick);
         return;
     }
-    int64_t row = tick - noise->first;
-    if (noise->realization != key->realization || row < 0 || row >= noise->row_count) {
-        normals_rows(noise->rows, noise->n, noise->row_count, key, tick);
+    int64_t row = (tick - noise->first) / noise->every;
+    if (noise->realization != key->realization || row < 0 || row >= noise->row_count ||
+        noise->first + row * noise->every != tick) {
+        const struct normals_ticks ticks = {tick, noise->every, noise->row_count};
+        normals_rows(noise->rows, noise->n, &ticks, key);
         noise->first = tick;
         noise->realization = key->realization;
         row = 0;

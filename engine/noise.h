@@ -18,18 +18,21 @@ struct noise {
     double *rows;        /* NULL for large rings */
     int64_t row_count;   /* ticks that fit */
     int64_t first;       /* tick of the first row */
+    int64_t every;       /* ticks from one row to the next */
     int64_t realization; /* whose normals the rows hold; -1 = none yet */
 };
 
-/* Takes its memory; to be called again to hand it out (arena.h). */
-void noise_layout(struct noise *noise, int64_t n, struct arena *scratch);
+/* Takes its memory; to be called again to hand it out (arena.h). every: noise is wanted at ticks so
+ * far apart, as a rule. */
+void noise_layout(struct noise *noise, int64_t n, int64_t every, struct arena *scratch);
 
 /* The normals of one tick, [arena_whole(n)], where they are at hand; else NULL. */
 static inline const double *noise_row(const struct noise *noise, const struct noise_key *key,
                                       int64_t tick)
 {
     const int64_t row = tick - noise->first;
-    bool there = noise->realization == key->realization && row >= 0 && row < noise->row_count;
+    bool there = noise->realization == key->realization && row >= 0 && row < noise->row_count &&
+                 noise->every == 1;
     return there && !key->doubled ? noise->rows + row * normals_stride(noise->n) : NULL;
 }
 

@@ -9,7 +9,7 @@
 
 void proposal_layout(struct proposal *proposal, const struct plan *plan, struct arena *scratch)
 {
-    noise_layout(&proposal->noise, plan->particles, scratch);
+    noise_layout(&proposal->noise, plan->particles, 1, scratch);
     proposal->old = plan->pair ? sim_take_rods(plan, scratch) : NULL;
 }
 

@@ -23,14 +23,19 @@ struct noise_key {
 /* out[i] += scale * normal(i), i = 0 .. n-1, for one tick (0 <= tick < 2^56), n < 2^34. */
 void normals_add(double *out, int64_t n, double scale, const struct noise_key *key, int64_t tick);
 
-/* The same normals, unscaled, for several ticks at once: row t of out holds those of tick first +
- * t, rows are normals_stride(n) apart (the rest of a row is filled too). For small n, where one
- * tick leaves most of a vector register idle. */
 static inline int64_t normals_stride(int64_t n)
 {
     return (n + 3) / 4 * 4;
 }
-void normals_rows(double *out, int64_t n, int64_t rows, const struct noise_key *key, int64_t first);
+
+/* The same normals, unscaled, for several ticks at once: row t of out holds those of tick first + t
+ * every, rows are normals_stride(n) apart (the rest of a row is filled too). For small n, where one
+ * tick leaves most of a vector register idle. */
+struct normals_ticks {
+    int64_t first, every, count; /* count normals_stride(n) <= 2048 */
+};
+void normals_rows(double *out, int64_t n, const struct normals_ticks *ticks,
+                  const struct noise_key *key);
 
 /* words[4 * j + w] = word w of the Philox block of counter {first + j, ...}, j = 0 .. blocks-1. */
 void philox_words(uint32_t *words, int64_t first, int64_t blocks, const struct noise_key *key,

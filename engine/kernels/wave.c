@@ -49,13 +49,17 @@ KERNEL_CLONES
 double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct wave *wave)
 {
     const double k = wave->inverse_wavelength, phase = wave->phase;
-    double sum[LANES] = {0};
-    int64_t whole = n - n % LANES;
-    for (int64_t i = 0; i < whole; i += LANES)
-        for (int j = 0; j < LANES; j++)
-            sum[j] += cos_turns((y[i + j] + ((double)i + (double)j) * diameter) * k + phase);
-    for (int64_t i = whole; i < n; i++)
-        sum[i - whole] += cos_turns((y[i] + (double)i * diameter) * k + phase);
+    double sum[LANES] = {0}, value[TILE];
+    for (int64_t start = 0; start < n; start += TILE) {
+        const int count = n - start < TILE ? (int)(n - start) : TILE, whole = count / LANES * LANES;
+        for (int64_t j = 0; j < count; j++)
+            value[j] = cos_turns((y[start + j] + number(start + j) * diameter) * k + phase);
+        for (int j = 0; j < whole; j += LANES)
+            for (int lane = 0; lane < LANES; lane++)
+                sum[lane] += value[j + lane];
+        for (int j = whole; j < count; j++)
+            sum[j - whole] += value[j];
+    }
     return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
 

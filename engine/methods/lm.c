@@ -67,7 +67,7 @@ static void lm_layout(struct sim *sim, struct arena *kept, struct arena *scratch
 {
     struct lm_work work, *own = arena_take(scratch, sizeof *own);
     size_t n = (size_t)sim->plan->particles;
-    noise_layout(&work.noise, sim->plan->particles, scratch);
+    noise_layout(&work.noise, sim->plan->particles, 1, scratch);
     work.kick = sim_take_rods(sim->plan, kept);
     work.scratch = arena_take(scratch, 2 * n * sizeof *work.scratch);
     if (own)

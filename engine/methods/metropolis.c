@@ -69,7 +69,7 @@ static void metropolis_layout(struct sim *sim, struct arena *kept, struct arena 
     struct metropolis_work work, *own = arena_take(scratch, sizeof *own);
     const int64_t n = sim->plan->particles;
     (void)kept;
-    noise_layout(&work.noise, n, scratch);
+    noise_layout(&work.noise, n, 1, scratch);
     work.jump = sim_take_rods(sim->plan, scratch);
     int64_t blocks = normals_stride(n) / 4;
     work.lots = (struct lots){.span = blocks < BLOCKS_AT_ONCE ? BLOCKS_AT_ONCE / blocks : 1,

@@ -51,7 +51,7 @@ static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scr
     struct strang_work work = {0}, *own = arena_take(scratch, sizeof *own);
     (void)kept;
     int64_t n = plan->particles;
-    noise_layout(&work.noise, n, scratch);
+    noise_layout(&work.noise, n, 1, scratch);
     work.scratch = sim_take_rods(plan, scratch);
     /* What follows is for those scenes only that have it. */
     if (plan->field || plan->pair || (plan->force != 0 && plan->walls))
@@ -59,7 +59,7 @@ static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scr
     if (needs_midpoint(plan))
         work.middle = sim_take_rods(plan, scratch);
     if (plan->looks_inside && !strang_exact(plan, false)) {
-        noise_layout(&work.view_noise, n, scratch);
+        noise_layout(&work.view_noise, n, plan->sample_steps, scratch);
         work.view = sim_take_rods(plan, scratch);
     }
     if (own)

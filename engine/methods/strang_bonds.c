@@ -80,7 +80,7 @@ static void bonds_layout(struct sim *sim, struct arena *kept, struct arena *scra
     struct bonds_work work, *own = arena_take(scratch, sizeof *own);
     const int64_t n = sim->plan->particles;
     const size_t rods = (size_t)n;
-    noise_layout(&work.noise, n, scratch);
+    noise_layout(&work.noise, n, 1, scratch);
     work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     work.space.clusters = arena_take(scratch, rods * sizeof *work.space.clusters);
     work.space.due = sim_take_rods(sim->plan, scratch);

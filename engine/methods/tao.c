@@ -63,7 +63,7 @@ static void tao_layout(struct sim *sim, struct arena *kept, struct arena *scratc
     struct tao_work work = {.draws = 0}, *own = arena_take(scratch, sizeof *own);
     size_t n = (size_t)sim->plan->particles, pairs = (size_t)pairs_of(sim->plan);
     (void)kept;
-    noise_layout(&work.noise, sim->plan->particles, scratch);
+    noise_layout(&work.noise, sim->plan->particles, 1, scratch);
     work.drift = sim_take_rods(sim->plan, scratch);
     work.pace = sim_take_rods(sim->plan, scratch);
     work.since = sim_take_rods(sim->plan, scratch);

@@ -74,9 +74,11 @@ struct msd_lags {
     int64_t first_slot[STRIDES_MAX], total_slots;
 };
 
-/* Kept in checkpoints: the lags, sums of the samples in progress, then per slot {turns, y[N]}. */
+/* Kept in checkpoints: the lags, the next tick of each with an origin one lag ago, sums of the
+ * samples in progress, then per slot {turns, y[N]}. */
 struct msd_memory {
     struct msd_lags lags;
+    int64_t due[POINTS_MAX];
     double sum[POINTS_MAX];
     int64_t origins[POINTS_MAX];
     int64_t block;
@@ -234,19 +236,20 @@ static void msd_begin(struct observer *o, const struct sim *sim)
 {
     struct msd_memory *memory = o->memory;
     memset(memory, 0, sizeof *memory);
-    find_lags(o->par, o->plan, &memory->lags);
+    struct msd_lags *lags = &memory->lags;
+    find_lags(o->par, o->plan, lags);
+    for (int64_t k = 0; k < lags->count; k++) /* from the origin at tick 0 */
+        memory->due[k] = lags->lag[k] > 0 ? lags->lag[k] : INT64_MAX;
     keep_origins(o, sim, 0);
 }
 
 static int64_t msd_next(const struct observer *o, int64_t after)
 {
-    const struct msd_lags *lags = &((const struct msd_memory *)o->memory)->lags;
-    int64_t next = (after / lags->stride[0] + 1) * lags->stride[0]; /* the next origin */
-    for (int64_t k = 0; k < lags->count; k++) {
-        int64_t stride = lags->stride[lags->level[k]], lag = lags->lag[k];
-        int64_t due = after < lag ? lag : lag + ((after - lag) | (stride - 1)) + 1;
-        next = due < next ? due : next;
-    }
+    const struct msd_memory *memory = o->memory;
+    const struct msd_lags *lags = &memory->lags;
+    int64_t next = (after | (lags->stride[0] - 1)) + 1; /* the next origin */
+    for (int64_t k = 0; k < lags->count; k++)
+        next = memory->due[k] < next ? memory->due[k] : next;
     return next;
 }
 
@@ -256,11 +259,11 @@ static void msd_sample(struct observer *o, const struct sim *sim)
     const struct msd_lags *lags = &memory->lags;
     const struct plan *plan = o->plan;
     int64_t tick = sim_measured(sim);
-    for (int64_t k = 0; k < lags->count && lags->lag[k] <= tick; k++) {
-        int64_t origin = tick - lags->lag[k];
-        if (origin & (lags->stride[lags->level[k]] - 1)) /* strides are powers of two */
+    for (int64_t k = 0; k < lags->count; k++) {
+        if (memory->due[k] != tick)
             continue;
-        const double *frame = frame_at(o, lags->level[k], origin);
+        memory->due[k] += lags->stride[lags->level[k]];
+        const double *frame = frame_at(o, lags->level[k], tick - lags->lag[k]);
         double turned = ((double)sim->clock->turns - frame[0]) * plan->length;
         memory->sum[k] += sum_squared_displacement(sim->seen, frame + 1, plan->particles, turned);
         memory->origins[k]++;
