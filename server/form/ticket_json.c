@@ -4,6 +4,7 @@
 
 #include <jansson.h>
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -122,9 +123,9 @@ static bool tag_sound(const json_t *value)
 
 static void read_priority(const json_t *value, struct ticket *ticket, struct bcd_errors *errors)
 {
-    json_int_t priority = json_integer_value(value);
-    if (json_is_integer(value) && priority >= -TICKET_PRIORITY_MAX &&
-        priority <= TICKET_PRIORITY_MAX)
+    double priority = json_number_value(value); /* 5.0 is whole too */
+    if (json_is_number(value) && priority == rint(priority) &&
+        fabs(priority) <= TICKET_PRIORITY_MAX)
         ticket->priority = (int)priority;
     else
         bcd_errors_add(errors, "/priority", "must be a whole number from -%d to %d",
