@@ -297,9 +297,13 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
 
 /* ------------------------------------------------------------------ target */
 
-/* A job with a target runs only as many of its chunks as it takes. They are looked at at milestones
- * that depend on the job alone, about half as many again each time: the first milestone after
- * `chunks` chunks, in chunks; all of them for a job without target. */
+/* The first milestone after `chunks` chunks, in chunks: about half as many again each time, and all
+ * of them at last. Jobs of a family have the same ones as far as they go. */
+int64_t bcd_scene_milestone(const struct bcd_scene *scene, int64_t chunks);
+
+/* A job with a target runs only as many of its chunks as it takes, which is looked at at the
+ * milestones, so that it depends on the job alone. Up to where the job is to be run once `chunks`
+ * are done and were not enough: the next milestone; without target all chunks. */
 int64_t bcd_scene_goal(const struct bcd_scene *scene, int64_t chunks);
 
 /* Why no more chunks are run. */

@@ -109,9 +109,12 @@ void target_limit(struct bcd_scene *scene, struct bcd_errors *errors)
 
 int64_t bcd_scene_goal(const struct bcd_scene *scene, int64_t chunks)
 {
+    return group_of(scene) ? bcd_scene_milestone(scene, chunks) : scene->plan.chunks;
+}
+
+int64_t bcd_scene_milestone(const struct bcd_scene *scene, int64_t chunks)
+{
     const struct plan *plan = &scene->plan;
-    if (!group_of(scene))
-        return plan->chunks;
     int64_t goal = (BEGIN + plan->per_chunk - 1) / plan->per_chunk;
     while (goal <= chunks && goal < plan->chunks)
         goal += goal > 1 ? goal / 2 : 1;

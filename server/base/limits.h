@@ -49,6 +49,12 @@ enum {
     LIMIT_AUDIT_REFUSED_MS = 10000,        /* refused authentications: one line in this time */
 };
 
+/* What a finished job leaves behind for others of its family. */
+enum {
+    LIMIT_SAMPLE_BYTES_MAX = 4 << 20,      /* a longer tally is not kept */
+    LIMIT_MILESTONES_BYTES_MAX = 64 << 10, /* its tallies at milestones before the end together */
+};
+
 /* A job that the estimate puts above one of these is refused with the limit's name. */
 #define LIMIT_RUN_BYTES_MAX 4e9       /* memory of one chunk in motion */
 #define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */

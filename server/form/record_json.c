@@ -63,8 +63,9 @@ void record_json_seed(void)
     json_object_seed(0); /* 0 = from the system's source of randomness */
 }
 
-/* job and derived are compact JSON already, made by scene_json.c when the job was accepted; they go
- * out as they are, so that every number keeps every digit. */
+/* job, derived and outcome are compact JSON already, made by scene_json.c when the job was accepted
+ * and by outcome_json.c when it was done; they go out as they are, so that every number keeps every
+ * digit. */
 static void add_record(struct text *text, const struct record_view *view)
 {
     const struct job_record *record = view->record;
@@ -84,6 +85,7 @@ static void add_record(struct text *text, const struct record_view *view)
         text_add_json_string(text, record->error);
     else
         text_add(text, "null");
+    text_add(text, ",\"outcome\":%s", record->outcome ? record->outcome : "null");
     if (view->origin != RECORD_PLAIN)
         text_add(text, ",\"deduplicated\":%s",
                  view->origin == RECORD_DEDUPLICATED ? "true" : "false");

@@ -104,15 +104,16 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
     /* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
      * CHECK with this function.) */
     row = stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived,"
-                        " owner, priority, label, core_seconds, bytes)"
+                        " owner, priority, label, core_seconds, bytes, forced)"
                         " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived,"
-                        " :owner, :priority, :label, :core_seconds, :bytes"
+                        " :owner, :priority, :label, :core_seconds, :bytes, :forced"
                         " WHERE json_valid(:job) AND json_valid(:derived)");
     stmt_bind_text(&row, ":owner", ticket->owner);
     stmt_bind_integer(&row, ":priority", ticket->priority);
     stmt_bind_text(&row, ":label", ticket->label);
     stmt_bind_number(&row, ":core_seconds", job->core_seconds);
     stmt_bind_integer(&row, ":bytes", (int64_t)job->bytes);
+    stmt_bind_integer(&row, ":forced", job->force);
     stmt_bind_text(&row, ":id", id);
     stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
     stmt_bind_integer(&row, ":now", store_now_ms());

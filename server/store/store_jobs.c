@@ -37,7 +37,8 @@ void job_record_fini(struct job_record *record)
     free(record->derived);
     free(record->error);
     ticket_fini(&record->ticket);
-    record->job = record->derived = record->error = NULL;
+    free(record->outcome);
+    record->job = record->derived = record->error = record->outcome = NULL;
 }
 
 void job_records_free(struct job_record *records, size_t count)
@@ -66,6 +67,7 @@ static void read_record(struct stmt *row, struct job_record *record)
         .job = stmt_text(row, 9),
         .derived = stmt_text(row, 10),
         .error = stmt_text(row, 11),
+        .outcome = stmt_text(row, 16),
         .ticket = {.priority = (int)stmt_integer(row, 13),
                    .label = stmt_text(row, 14),
                    .tags = stmt_text(row, 15)},

@@ -34,6 +34,7 @@ struct job_record {
     char *job;            /* the job as completed with defaults */
     char *derived;        /* what the engine derived from it */
     char *error;          /* NULL or why it failed */
+    char *outcome;        /* what became of it, outcome_json.h; NULL until it is done */
     struct ticket ticket; /* of the first who wanted it */
 };
 void job_record_fini(struct job_record *record);

@@ -16,10 +16,13 @@ enum { USUAL_BYTES = 4096 }; /* of a scene's encoding */
 
 /* ------------------------------------------------------------------- identity */
 
-bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE])
+typedef size_t encoder(const struct bcd_scene *scene, void *bytes, size_t size);
+
+static bool digest(const struct bcd_scene *scene, encoder *encode,
+                   unsigned char hash[JOB_HASH_SIZE])
 {
     unsigned char usual[USUAL_BYTES], *bytes = usual;
-    size_t size = bcd_scene_encode(scene, usual, sizeof usual);
+    size_t size = encode(scene, usual, sizeof usual);
     SHA2_CTX context;
 
     static_assert(SHA256_DIGEST_LENGTH == JOB_HASH_SIZE, "the store keeps SHA-256");
@@ -27,7 +30,7 @@ bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]
         bytes = malloc(size);
         if (!bytes)
             return false;
-        bcd_scene_encode(scene, bytes, size);
+        encode(scene, bytes, size);
     }
     SHA256Init(&context);
     SHA256Update(&context, bytes, size);
@@ -35,6 +38,16 @@ bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]
     if (bytes != usual)
         free(bytes);
     return true;
+}
+
+bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE])
+{
+    return digest(scene, bcd_scene_encode, hash);
+}
+
+bool queue_family(const struct bcd_scene *scene, unsigned char family[JOB_HASH_SIZE])
+{
+    return digest(scene, bcd_scene_encode_family, family);
 }
 
 /* -------------------------------------------------------------------- lifetime */
@@ -168,6 +181,34 @@ void queue_forget(struct queue *queue, const char *id)
     pthread_mutex_unlock(&queue->mutex);
 }
 
+enum store_status queue_again(struct queue *queue, const char *id, int64_t least, double expected)
+{
+    struct queued *entry;
+    double progress, from;
+    enum store_status status;
+
+    pthread_mutex_lock(&queue->mutex);
+    entry = entry_find(queue, id);
+    assert(entry && entry->pinned && !entry->claims);
+    progress = entry_progress(entry);
+    from = (double)entry->chunks_done;
+    pthread_mutex_unlock(&queue->mutex);
+    status = entry_read_goal(queue, entry, least);
+    if (status)
+        return status;
+    pthread_mutex_lock(&queue->mutex);
+    if (expected > 0) {
+        entry->progress = progress;
+        entry->from = from;
+        entry->to = expected > from + 1 ? expected : from + 1;
+    }
+    entry->pinned = false;
+    entry_release(queue, entry);
+    pthread_cond_broadcast(&queue->changed);
+    pthread_mutex_unlock(&queue->mutex);
+    return STORE_OK;
+}
+
 void queue_release(struct queue *queue, struct task *task)
 {
     pthread_mutex_lock(&queue->mutex);
@@ -194,21 +235,6 @@ void queue_cancel(struct queue *queue, const char *id)
 
 /* -------------------------------------------------------------------- looking */
 
-/* Mutex held. */
-static double progress_of(const struct queued *entry)
-{
-    double progress = (double)entry->chunks_done;
-
-    for (const struct claim *claim = entry->claims; claim; claim = claim->next) {
-        int64_t total = atomic_load(&claim->ticks_total);
-
-        if (total > 0)
-            progress += (double)atomic_load(&claim->ticks_done) / (double)total;
-    }
-    progress /= (double)entry->chunks;
-    return progress > 1.0 ? 1.0 : progress;
-}
-
 double queue_progress(struct queue *queue, const char *id)
 {
     double progress = -1.0;
@@ -217,7 +243,7 @@ double queue_progress(struct queue *queue, const char *id)
     pthread_mutex_lock(&queue->mutex);
     entry = entry_find(queue, id);
     if (entry && !entry->ended && entry->started)
-        progress = progress_of(entry);
+        progress = entry_progress(entry);
     pthread_mutex_unlock(&queue->mutex);
     return progress;
 }
@@ -232,7 +258,7 @@ size_t queue_running(struct queue *queue, struct queue_running *jobs, size_t roo
             if (!entry->started || entry->ended)
                 continue;
             memcpy(jobs[count].id, entry->id, sizeof entry->id);
-            jobs[count++].progress = progress_of(entry);
+            jobs[count++].progress = entry_progress(entry);
         }
     }
     pthread_mutex_unlock(&queue->mutex);

@@ -26,6 +26,7 @@ struct task {
     const char *id;                /* the job's */
     const struct bcd_scene *scene; /* completed, shared, read-only */
     int64_t chunk;                 /* QUEUE_FINISH: none is left, only finishing the job */
+    int64_t chunks;                /* the job's, up to its goal: see goal.h */
     const atomic_bool *cancelled;  /* look at it between slices */
     _Atomic int64_t *ticks_done;   /* the worker writes its progress here, */
     _Atomic int64_t *ticks_total;  /* and what will make it complete; both NULL for QUEUE_FINISH */
@@ -35,6 +36,9 @@ enum { QUEUE_FINISH = -1 };
 
 /* SHA-256 of bcd_scene_encode(): what makes a job the same job. False = out of memory. */
 bool queue_hash(const struct bcd_scene *scene, unsigned char hash[JOB_HASH_SIZE]);
+
+/* The same of bcd_scene_encode_family(): jobs that differ in realizations or target alone. */
+bool queue_family(const struct bcd_scene *scene, unsigned char family[JOB_HASH_SIZE]);
 
 enum store_status queue_create(struct queue **queue, struct store *store);
 void queue_free(struct queue *queue);
@@ -58,6 +62,12 @@ bool queue_claim(struct queue *queue, struct task *task);
  * caller ends the job here with queue_forget, which it must. */
 void queue_done(struct queue *queue, struct task *task, bool *last);
 void queue_forget(struct queue *queue, const char *id);
+
+/* In place of queue_forget: the job is not at its end, its next goal is one of at least `least`
+ * chunks. expected (chunks, 0 = unknown): where the end will probably be, for the progress. On
+ * failure the job is as it was before. */
+enum store_status queue_again(struct queue *queue, const char *id, int64_t least,
+                              double expected);
 
 /* Core seconds that were used for a task of the queue, claimed or not any more. They go to the
  * store now and then, and when the queue is freed. */

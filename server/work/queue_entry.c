@@ -2,6 +2,8 @@
  * queue_entry.c - jobs in motion and their chunks; see queue_internal.h. */
 #include "queue_internal.h"
 
+#include "goal.h"
+
 #include <assert.h>
 #include <search.h>
 #include <stdio.h>
@@ -41,7 +43,48 @@ bool entry_set_scene_take(struct queued *entry, struct bcd_scene *scene)
         return false;
     }
     entry->scene = scene;
+    if (bcd_scene_part(scene, BCD_SLOT_TARGET, 0))
+        entry->to = (double)entry->chunks;
     return true;
+}
+
+enum store_status entry_read_goal(struct queue *queue, struct queued *entry, int64_t least)
+{
+    struct goal goal;
+    enum store_status status = goal_read(queue->store, entry->id, entry->scene, least, &goal);
+
+    if (status)
+        return status;
+    pthread_mutex_lock(&queue->mutex);
+    assert(!entry->claims);
+    for (int64_t i = 0; i < goal.chunks; i++)
+        entry->chunk_state[i] = goal.done[i] ? CHUNK_DONE : CHUNK_FREE;
+    entry->chunks = goal.chunks;
+    entry->chunks_done = goal.chunks_done;
+    entry->first_free = 0;
+    pthread_mutex_unlock(&queue->mutex);
+    free(goal.done);
+    return STORE_OK;
+}
+
+/* Without a target the share of the chunks. With one nobody knows the end: from each verdict on it
+ * heads for 9/10 of what was left then, where the verdict expects the end. So it never goes back.
+ */
+double entry_progress(const struct queued *entry)
+{
+    double done = (double)entry->chunks_done, share;
+
+    for (const struct claim *claim = entry->claims; claim; claim = claim->next) {
+        int64_t total = atomic_load(&claim->ticks_total);
+
+        if (total > 0)
+            done += (double)atomic_load(&claim->ticks_done) / (double)total;
+    }
+    if (entry->to == 0)
+        return done < (double)entry->chunks ? done / (double)entry->chunks : 1;
+    share = (done - entry->from) / (entry->to - entry->from);
+    share = !(share > 0) ? 0 : share < 1 ? share : 1;
+    return entry->progress + 0.9 * (1 - entry->progress) * share;
 }
 
 bool entry_append(struct queue *queue, struct queued *entry)
@@ -123,6 +166,7 @@ bool entry_claim(struct queued *entry, struct task *task)
         .id = entry->id,
         .scene = entry->scene,
         .chunk = chunk,
+        .chunks = entry->chunks,
         .cancelled = &entry->cancelled,
         .ticks_done = claim ? &claim->ticks_done : NULL,
         .ticks_total = claim ? &claim->ticks_total : NULL,

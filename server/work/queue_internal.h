@@ -35,8 +35,9 @@ struct queued {
     int priority;
     struct bcd_scene *scene; /* NULL until it has started */
     bool started;            /* the store says running */
-    int64_t chunks, chunks_done, first_free;
+    int64_t chunks, chunks_done, first_free; /* chunks: up to the goal */
     unsigned char *chunk_state;
+    double progress, from, to; /* where it was when `from` chunks were done; expected end, or 0 */
     struct claim *claims;
     bool pinned; /* a worker is starting or finishing it */
     bool ended;  /* forgotten or cancelled: to be freed as soon as nobody holds it */
@@ -81,6 +82,10 @@ struct queued *entry_find(struct queue *queue, const char *id);
 struct queued *entry_create(struct owner *owner, const char *id);
 /* Hands over a scene; false = no memory (it is freed). */
 bool entry_set_scene_take(struct queued *entry, struct bcd_scene *scene);
+/* Reads from the store up to where the job is to be run, and what of that is done; needs no mutex
+ * while the entry is in the caller's hands alone (pinned). */
+enum store_status entry_read_goal(struct queue *queue, struct queued *entry, int64_t least);
+double entry_progress(const struct queued *entry);
 /* Appends an entry to its owner and the index; false = no memory, or the job is here already. */
 bool entry_append(struct queue *queue, struct queued *entry);
 /* Frees an entry that has ended and is in nobody's hands. */

@@ -121,7 +121,8 @@ static enum store_status start_job(struct queue *queue, struct queued *entry)
         return status;
     if (!entry_set_scene_take(entry, scene))
         return STORE_BROKEN;
-    return store_jobs_start(queue->store, entry->id);
+    status = entry_read_goal(queue, entry, 0);
+    return status ? status : store_jobs_start(queue->store, entry->id);
 }
 
 /* Starts the owner's head; others go on with other work meanwhile. */
@@ -163,23 +164,6 @@ void start_head(struct queue *queue, struct owner *owner)
 
 /* ------------------------------------------------------------------- recovery */
 
-static enum store_status recover_chunks(struct queue *queue, struct queued *entry)
-{
-    bool *done = calloc((size_t)entry->chunks + 1, sizeof *done);
-    enum store_status status = STORE_BROKEN;
-
-    if (done)
-        status = store_results_chunks(queue->store, entry->id, done, entry->chunks);
-    for (int64_t i = 0; status == STORE_OK && i < entry->chunks; i++) {
-        if (done[i]) {
-            entry->chunk_state[i] = CHUNK_DONE;
-            entry->chunks_done++;
-        }
-    }
-    free(done);
-    return status;
-}
-
 static enum store_status recover_job(struct queue *queue, const struct job_record *record)
 {
     struct bcd_scene *scene = NULL;
@@ -197,7 +181,8 @@ static enum store_status recover_job(struct queue *queue, const struct job_recor
     entry->seq = record->seq;
     entry->priority = record->ticket.priority;
     entry->started = true;
-    status = entry_set_scene_take(entry, scene) ? recover_chunks(queue, entry) : STORE_BROKEN;
+    status =
+        entry_set_scene_take(entry, scene) ? entry_read_goal(queue, entry, 0) : STORE_BROKEN;
     if (status == STORE_OK && !entry_append(queue, entry))
         status = STORE_BROKEN;
     if (status) {

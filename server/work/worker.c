@@ -8,7 +8,7 @@
  * THREADS  Each worker is one thread with its own run and tallies; what is shared is queue and
  * store.
  */
-#include "worker.h"
+#include "worker_internal.h"
 
 #include "limits.h"
 #include "log.h"
@@ -27,23 +27,6 @@ enum {
     BACK_OFF_MS_MIN = 100,   /* between two tries of the store: twice as long each time, */
     BACK_OFF_MS_MAX = 30000, /* but never longer than this */
     BROKEN_TRIES_MAX = 8,    /* a full disk is waited for; anything else gives up in the end */
-    MEMORY_TRIES_MAX = 8,
-};
-
-/* One thread, and what it tells others of itself. */
-struct worker {
-    struct workers *workers;
-    pthread_t thread;
-    atomic_bool alive, busy;
-    atomic_int_least64_t seen_ns; /* when it last came by its clock */
-    atomic_int_least64_t chunks, rod_steps, core_ns;
-};
-
-struct workers {
-    struct queue *queue;
-    struct store *store;
-    size_t count;
-    struct worker each[];
 };
 
 /* What became of a chunk. */
@@ -51,16 +34,6 @@ enum outcome {
     OUTCOME_DONE,    /* its tally is stored */
     OUTCOME_STOPPED, /* cancelled or stopping; goes back */
     OUTCOME_FAILED,  /* the job cannot be run */
-};
-
-/* One task in work. `cpu_ns`: this thread's clock when its use was told last. */
-struct work {
-    struct workers *workers;
-    struct worker *worker;
-    struct task *task;
-    struct bcd_run *run;
-    struct bcd_error error;
-    int64_t cpu_ns;
 };
 
 /* ---------------------------------------------------------------------- clock */
@@ -90,13 +63,13 @@ static void tell_use(struct work *work)
     work->cpu_ns = now;
 }
 
-static bool should_stop(const struct work *work)
+bool work_should_stop(const struct work *work)
 {
     return atomic_load(work->task->cancelled) || queue_stopping(work->workers->queue);
 }
 
 /* Waits before try number `tries` + 1 (tries >= 1); false as soon as there is no use in waiting. */
-static bool back_off(const struct work *work, int tries)
+bool work_back_off(const struct work *work, int tries)
 {
     const struct timespec nap = {.tv_nsec = LIMIT_SLICE_MS * 1000000L};
     int64_t wait_ms = BACK_OFF_MS_MIN;
@@ -105,13 +78,13 @@ static bool back_off(const struct work *work, int tries)
     for (int i = 1; i < tries && wait_ms < BACK_OFF_MS_MAX; i++)
         wait_ms *= 2;
     until = now_ns() + (wait_ms < BACK_OFF_MS_MAX ? wait_ms : BACK_OFF_MS_MAX) * 1000000;
-    while (!should_stop(work) && now_ns() < until)
+    while (!work_should_stop(work) && now_ns() < until)
         nanosleep(&nap, NULL);
-    return !should_stop(work);
+    return !work_should_stop(work);
 }
 
 /* What to do about a store that answered `status` at try number `tries`: true = try again. */
-static bool try_again(struct work *work, enum store_status status, int tries)
+bool work_try_again(struct work *work, enum store_status status, int tries)
 {
     if (status == STORE_BROKEN && tries >= BROKEN_TRIES_MAX)
         return false;
@@ -121,7 +94,7 @@ static bool try_again(struct work *work, enum store_status status, int tries)
               LOG_FIELDS(log_text("job", work->task->id), log_integer("chunk", work->task->chunk),
                          log_text("cause", status == STORE_FULL ? "disk full" : "store broken"),
                          log_integer("tries", tries)));
-    return back_off(work, tries);
+    return work_back_off(work, tries);
 }
 
 /* ----------------------------------------------------------------- checkpoints */
@@ -147,6 +120,33 @@ static void save_checkpoint(struct work *work)
     free(bytes);
 }
 
+/* A chunk that another job began: goes on from there. A beginning that is damaged is dropped, and
+ * the chunk run from its own beginning. */
+static enum bcd_status go_on(struct work *work)
+{
+    const struct task *task = work->task;
+    struct family_sample base = {0};
+    struct bcd_tally *tally = NULL;
+    enum bcd_status status = BCD_OK;
+
+    if (store_samples_base(work->workers->store, task->id, &base) != STORE_OK)
+        return BCD_OK;
+    if (base.rest.bytes && base.chunks == task->chunk) {
+        status = bcd_tally_create(&tally, task->scene);
+        if (status == BCD_OK)
+            status = bcd_tally_restore(tally, base.rest.bytes, base.rest.size, &work->error);
+        if (status == BCD_OK)
+            status = bcd_run_continue(work->run, tally, &work->error);
+        bcd_tally_free(tally);
+    }
+    if (status == BCD_CORRUPT) {
+        work_drop_base(work, &base);
+        status = BCD_OK;
+    }
+    family_sample_fini(&base);
+    return status;
+}
+
 /* Makes the run, where it was left if it was left anywhere. */
 static enum bcd_status create_run(struct work *work)
 {
@@ -154,9 +154,11 @@ static enum bcd_status create_run(struct work *work)
     struct blob checkpoint = {0};
     enum bcd_status status = bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
 
-    if (status || store_results_load_checkpoint(work->workers->store, task->id, task->chunk,
-                                                &checkpoint) != STORE_OK)
+    if (status)
         return status;
+    if (store_results_load_checkpoint(work->workers->store, task->id, task->chunk, &checkpoint) !=
+        STORE_OK)
+        return go_on(work);
     status = bcd_run_restore(work->run, checkpoint.bytes, checkpoint.size, &work->error);
     blob_fini(&checkpoint);
     if (status == BCD_OK)
@@ -166,7 +168,8 @@ static enum bcd_status create_run(struct work *work)
                          log_text("reason", work->error.text)));
     bcd_run_free(work->run);
     work->run = NULL;
-    return bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
+    status = bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
+    return status ? status : go_on(work);
 }
 
 /* The machine may be short of memory for the moment only. */
@@ -178,7 +181,7 @@ static enum bcd_status create_run_patiently(struct work *work)
         log_write(
             LOG_LEVEL_WARNING, "worker_waits_for_memory",
             LOG_FIELDS(log_text("job", work->task->id), log_integer("chunk", work->task->chunk)));
-        if (!back_off(work, tries))
+        if (!work_back_off(work, tries))
             break;
         status = create_run(work);
     }
@@ -219,7 +222,7 @@ static enum outcome advance(struct work *work)
     while (bcd_run_ticks_done(work->run) < total) {
         int64_t after, from = bcd_run_ticks_done(work->run);
 
-        if (should_stop(work))
+        if (work_should_stop(work))
             return OUTCOME_STOPPED;
         work->error.code = bcd_run_advance(work->run, slice, &work->error);
         if (work->error.code)
@@ -257,11 +260,11 @@ static enum outcome put_tally(struct work *work)
     do
         status = store_results_put_chunk(work->workers->store, work->task->id, work->task->chunk,
                                          bytes, size);
-    while (try_again(work, status, ++tries));
+    while (work_try_again(work, status, ++tries));
     free(bytes);
     if (status == STORE_OK)
         return OUTCOME_DONE;
-    if (status == STORE_BROKEN && !should_stop(work)) {
+    if (status == STORE_BROKEN && !work_should_stop(work)) {
         work->error.code = BCD_INTERNAL;
         snprintf(work->error.text, sizeof work->error.text, "a finished part could not be stored");
         return OUTCOME_FAILED;
@@ -275,7 +278,7 @@ static enum outcome put_tally(struct work *work)
 static enum outcome run_chunk(struct work *work)
 {
     work->error.code = create_run_patiently(work);
-    if (work->error.code == BCD_NO_MEMORY && should_stop(work))
+    if (work->error.code == BCD_NO_MEMORY && work_should_stop(work))
         return OUTCOME_STOPPED;
     if (work->error.code)
         return OUTCOME_FAILED;
@@ -285,156 +288,6 @@ static enum outcome run_chunk(struct work *work)
     if (outcome == OUTCOME_STOPPED && !atomic_load(work->task->cancelled))
         save_checkpoint(work);
     return outcome;
-}
-
-/* ------------------------------------------------------------------ finishing */
-
-/* The chunks' tallies in the order of their numbers: the order is part of the result. */
-static enum bcd_status merge(struct work *work, int64_t chunk, struct bcd_tally *part,
-                             struct bcd_tally *whole)
-{
-    struct blob blob = {0};
-    enum store_status loaded;
-    enum bcd_status status;
-    int tries = 0;
-
-    do
-        loaded = store_results_load_chunk(work->workers->store, work->task->id, chunk, &blob);
-    while (try_again(work, loaded, ++tries));
-    if (loaded != STORE_OK) {
-        snprintf(work->error.text, sizeof work->error.text,
-                 "part %lld of the results could not be read", (long long)chunk);
-        return BCD_INTERNAL;
-    }
-    status = bcd_tally_restore(part, blob.bytes, blob.size, &work->error);
-    if (status == BCD_OK)
-        bcd_tally_merge(whole, part);
-    blob_fini(&blob);
-    return status;
-}
-
-static enum bcd_status merge_all(struct work *work, struct bcd_tally **tally)
-{
-    const struct bcd_scene *scene = work->task->scene;
-    struct bcd_tally *whole = NULL, *part = NULL;
-    enum bcd_status status = bcd_tally_create(&whole, scene);
-
-    if (status == BCD_OK)
-        status = bcd_tally_create(&part, scene);
-    for (int64_t i = 0; status == BCD_OK && i < bcd_scene_chunks(scene); i++)
-        status = merge(work, i, part, whole);
-    bcd_tally_free(part);
-    if (status) {
-        bcd_tally_free(whole);
-        return status;
-    }
-    *tally = whole;
-    return BCD_OK;
-}
-
-/* The tables of a job as bytes: what store_results_finish takes. */
-struct results {
-    struct result_new *items;
-    size_t count;
-};
-
-static void results_fini(struct results *results)
-{
-    for (size_t i = 0; i < results->count; i++)
-        free((void *)results->items[i].table);
-    free(results->items);
-}
-
-static enum bcd_status add_result(struct results *results, const struct bcd_tally *tally,
-                                  const struct bcd_scene *scene, const struct bcd_theory *theory)
-{
-    struct result_new *item = &results->items[results->count];
-    struct bcd_table *table = NULL;
-    enum bcd_status status = bcd_tally_table(tally, scene, theory, results->count, &table);
-    void *bytes;
-
-    if (status)
-        return status;
-    item->observable = bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, results->count)->type;
-    item->size = bcd_table_size(table);
-    item->table = bytes = malloc(item->size + 1);
-    if (bytes) {
-        bcd_table_save(table, bytes);
-        results->count++;
-    }
-    bcd_table_free(table);
-    return bytes ? BCD_OK : BCD_NO_MEMORY;
-}
-
-static enum bcd_status make_results(const struct bcd_tally *tally, const struct bcd_scene *scene,
-                                    struct results *results)
-{
-    struct bcd_theory *theory = NULL;
-    enum bcd_status status = BCD_OK;
-    size_t count = 0;
-
-    while (bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, count))
-        count++;
-    results->items = calloc(count + 1, sizeof *results->items);
-    if (!results->items)
-        return BCD_NO_MEMORY;
-    status = bcd_theory_create(&theory, scene, BCD_THEORY_RING);
-    while (status == BCD_OK && results->count < count)
-        status = add_result(results, tally, scene, theory);
-    bcd_theory_free(theory);
-    return status;
-}
-
-/* False when the job must be failed: work->error says why. A job that was cancelled at the last
- * moment is no failure, nor is a stop: then the next start finishes it. */
-static bool put_results(struct work *work, const struct results *results)
-{
-    enum store_status status;
-    int tries = 0;
-
-    do
-        status = store_results_finish(work->workers->store, work->task->id, results->items,
-                                      results->count);
-    while (try_again(work, status, ++tries));
-    if (status == STORE_OK)
-        log_write(LOG_LEVEL_INFO, "job_done", LOG_FIELDS(log_text("job", work->task->id)));
-    if (status != STORE_BROKEN || should_stop(work))
-        return true;
-    work->error.code = BCD_INTERNAL;
-    snprintf(work->error.text, sizeof work->error.text, "the results could not be stored");
-    return false;
-}
-
-/* From the chunks in the store to the job's tables. */
-static enum bcd_status collect(struct work *work, struct results *results)
-{
-    struct bcd_tally *tally = NULL;
-    enum bcd_status status = merge_all(work, &tally);
-
-    if (status == BCD_OK)
-        status = make_results(tally, work->task->scene, results);
-    bcd_tally_free(tally);
-    return status;
-}
-
-static bool finish_job(struct work *work)
-{
-    struct results results = {0};
-    bool finished = false;
-    int tries = 0;
-
-    /* All chunks are computed: want of memory is worth waiting for. */
-    while ((work->error.code = collect(work, &results)) == BCD_NO_MEMORY &&
-           ++tries < MEMORY_TRIES_MAX && back_off(work, tries)) {
-        results_fini(&results);
-        results = (struct results){0};
-    }
-    if (work->error.code == BCD_OK)
-        finished = put_results(work, &results);
-    else /* a cancel takes the chunks away; after a stop the next start finishes the job */
-        finished = should_stop(work);
-    results_fini(&results);
-    return finished;
 }
 
 /* ---------------------------------------------------------------------- the loop */
@@ -451,7 +304,7 @@ static void fail_job(struct work *work)
              work->error.text[0] ? ": " : "", work->error.text);
     do
         status = store_jobs_fail(work->workers->store, id, reason);
-    while (try_again(work, status, ++tries));
+    while (work_try_again(work, status, ++tries));
     if (status != STORE_CONFLICT)
         log_write(LOG_LEVEL_ERROR, "job_failed",
                   LOG_FIELDS(log_text("job", id), log_integer("chunk", work->task->chunk),
@@ -481,9 +334,12 @@ static void do_task(struct worker *worker, struct task *task)
         queue_done(workers->queue, task, &last);
     }
     if (last) {
-        if (!finish_job(&work))
+        enum finish finish = work_finish(&work);
+
+        if (finish == FINISH_FAILED)
             fail_job(&work);
-        queue_forget(workers->queue, task->id);
+        if (finish != FINISH_AGAIN)
+            queue_forget(workers->queue, task->id);
         tell_use(&work);
     }
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_worker.c - jobs run by the workers give the bytes of the same job run in one thread, however
  * they are stopped, restored, crowded or starved of disk. */
-#include "job_bench.h"
+#include "plant.h"
 
 #include "store_internal.h"
 #include "store_results.h"
@@ -18,86 +18,6 @@
 #include <unistd.h>
 
 #include <cmocka.h>
-
-/* A store with queue and workers: what a daemon is without HTTP. */
-struct plant {
-    struct bench *bench;
-    struct queue *queue;
-    struct workers *workers;
-};
-
-static struct plant start(struct bench *bench, size_t workers)
-{
-    struct plant plant = {.bench = bench};
-
-    assert_int_equal(queue_create(&plant.queue, bench->store), STORE_OK);
-    assert_int_equal(queue_recover(plant.queue), STORE_OK);
-    plant.workers = workers_start(workers, plant.queue, bench->store);
-    assert_non_null(plant.workers);
-    return plant;
-}
-
-static void stop(struct plant *plant)
-{
-    workers_stop(plant->workers);
-    queue_free(plant->queue);
-    *plant = (struct plant){.bench = plant->bench};
-}
-
-/* Until a worker has taken the job up: before, only the store knows of it. */
-static void wait_start(struct plant *plant, const char *id)
-{
-    for (int waited = 0; waited < 60000 && queue_progress(plant->queue, id) < 0.0 &&
-                         bench_state(plant->bench->store, id) != JOB_DONE;
-         waited++)
-        job_bench_nap(1);
-}
-
-static void wait_progress(struct plant *plant, const char *id, double wanted)
-{
-    double progress = 0.0;
-
-    wait_start(plant, id);
-    for (int waited = 0; waited < 60000 && progress >= 0.0 && progress < wanted; waited++) {
-        progress = queue_progress(plant->queue, id);
-        job_bench_nap(1);
-    }
-    assert_true(progress < 0.0 || progress >= wanted);
-}
-
-/* Every table of the job in the store is, byte for byte, that of a run in this thread alone, cut
- * into slices of another length. Takes the scene. */
-static void assert_same_bytes(struct store *store, const char *id, struct bcd_scene *scene)
-{
-    struct experiment direct = experiment_run(scene, 777);
-    char **names;
-    size_t count, part = 0;
-
-    assert_int_equal(store_results_names(store, id, &names, &count), STORE_OK);
-    for (; bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, part); part++) {
-        struct bcd_table *table = NULL;
-        struct blob stored;
-        void *bytes;
-
-        assert_true(part < count);
-        assert_int_equal(bcd_tally_table(direct.tally, scene, direct.theory, part, &table), BCD_OK);
-        assert_string_equal(names[part], table->name);
-        assert_int_equal(store_results_get(store, id, names[part], &stored), STORE_OK);
-        assert_int_equal(stored.size, bcd_table_size(table));
-        bytes = malloc(stored.size);
-        assert_non_null(bytes);
-        bcd_table_save(table, bytes);
-        assert_memory_equal(stored.bytes, bytes, stored.size);
-        free(bytes);
-        free(names[part]);
-        blob_fini(&stored);
-        bcd_table_free(table);
-    }
-    assert_int_equal(part, 3);
-    assert_int_equal(count, part);
-    free(names);
-    experiment_end(&direct);
-}
 
 /* About half a second of one core: long enough to be stopped in the middle. */
 static struct bcd_scene *long_scene(void)
@@ -117,13 +37,13 @@ static void any_number_of_workers_gives_the_same_bytes(void **state)
     static const size_t counts[] = {1, 3};
 
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
-        struct plant plant = start(bench, counts[i]);
+        struct plant plant = plant_start(bench, counts[i]);
         char id[JOB_ID_SIZE];
 
         job_bench_submit(bench->store, plant.queue, job_bench_scene(5, 1), id);
         assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-        assert_same_bytes(bench->store, id, job_bench_scene(5, 1));
-        stop(&plant);
+        plant_assert_same_bytes(bench->store, id, job_bench_scene(5, 1));
+        plant_stop(&plant);
         bench_tear_down(state);
         bench_set_up(state);
         bench = *state;
@@ -139,20 +59,20 @@ static void chunks_of_many_realizations(void **state)
                               "'energy':{}}}";
     struct bench *bench = *state;
     struct bcd_scene *scene = experiment_scene("%s", job);
-    struct plant plant = start(bench, 2);
+    struct plant plant = plant_start(bench, 2);
     char id[JOB_ID_SIZE];
 
     assert_in_range(bcd_scene_chunks(scene), 2, 46);
     job_bench_submit(bench->store, plant.queue, scene, id);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
-    assert_same_bytes(bench->store, id, experiment_scene("%s", job));
+    plant_stop(&plant);
+    plant_assert_same_bytes(bench->store, id, experiment_scene("%s", job));
 }
 
 static void a_stopped_job_goes_on_where_it_was(void **state)
 {
     struct bench *bench = *state;
-    struct plant plant = start(bench, 2);
+    struct plant plant = plant_start(bench, 2);
     struct job_record record;
     struct blob checkpoint;
     char id[JOB_ID_SIZE];
@@ -160,8 +80,8 @@ static void a_stopped_job_goes_on_where_it_was(void **state)
 
     job_bench_submit(bench->store, plant.queue, long_scene(), id);
     for (double wanted = 0.1; wanted < 0.6; wanted += 0.2) {
-        wait_progress(&plant, id, wanted);
-        stop(&plant);
+        plant_wait_progress(&plant, id, wanted);
+        plant_stop(&plant);
         if (bench_state(bench->store, id) == JOB_RUNNING) {
             assert_int_equal(store_results_load_checkpoint(bench->store, id, 0, &checkpoint),
                              STORE_OK);
@@ -169,29 +89,29 @@ static void a_stopped_job_goes_on_where_it_was(void **state)
             stops++;
         }
         bench_reopen(bench);
-        plant = start(bench, 2);
+        plant = plant_start(bench, 2);
     }
     assert_in_range(stops, 1, 3); /* else nothing was tested: the job is too short */
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
+    plant_stop(&plant);
     assert_int_equal(store_jobs_get(bench->store, id, &record), STORE_OK);
     assert_int_equal(record.chunks_done, record.chunks);
     job_record_fini(&record);
     assert_int_equal(store_results_load_checkpoint(bench->store, id, 0, &checkpoint),
                      STORE_NOT_FOUND);
-    assert_same_bytes(bench->store, id, long_scene());
+    plant_assert_same_bytes(bench->store, id, long_scene());
 }
 
 static void progress_grows_from_nothing_to_all(void **state)
 {
     struct bench *bench = *state;
-    struct plant plant = start(bench, 1);
+    struct plant plant = plant_start(bench, 1);
     double before = 0.0, progress;
     char id[JOB_ID_SIZE];
     int steps = 0;
 
     job_bench_submit(bench->store, plant.queue, long_scene(), id);
-    wait_start(&plant, id);
+    plant_wait_start(&plant, id);
     while ((progress = queue_progress(plant.queue, id)) >= 0.0) {
         assert_true(progress >= before && progress <= 1.0);
         steps += progress > before;
@@ -200,7 +120,7 @@ static void progress_grows_from_nothing_to_all(void **state)
     }
     assert_true(steps >= 3);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
+    plant_stop(&plant);
 }
 
 /* ------------------------------------------------------------------------ damage */
@@ -214,10 +134,10 @@ static void a_damaged_checkpoint_is_dropped(void **state)
     job_bench_submit(bench->store, NULL, job_bench_scene(2, 1), id);
     assert_int_equal(store_jobs_start(bench->store, id), STORE_OK);
     assert_int_equal(store_results_checkpoint(bench->store, id, 1, "no checkpoint", 13), STORE_OK);
-    plant = start(bench, 1);
+    plant = plant_start(bench, 1);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
-    assert_same_bytes(bench->store, id, job_bench_scene(2, 1));
+    plant_stop(&plant);
+    plant_assert_same_bytes(bench->store, id, job_bench_scene(2, 1));
 }
 
 static void a_damaged_tally_fails_the_job(void **state)
@@ -231,7 +151,7 @@ static void a_damaged_tally_fails_the_job(void **state)
     job_bench_submit(bench->store, NULL, job_bench_scene(2, 1), id);
     assert_int_equal(store_jobs_start(bench->store, id), STORE_OK);
     assert_int_equal(store_results_put_chunk(bench->store, id, 0, "no tally", 8), STORE_OK);
-    plant = start(bench, 1);
+    plant = plant_start(bench, 1);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_FAILED);
     assert_int_equal(store_jobs_get(bench->store, id, &record), STORE_OK);
     assert_true(strlen(record.error) > 5);
@@ -240,7 +160,7 @@ static void a_damaged_tally_fails_the_job(void **state)
     /* A failed job may be tried again, and the worker is free for it. */
     job_bench_submit(bench->store, plant.queue, job_bench_scene(2, 1), next);
     assert_int_equal(job_bench_wait(bench->store, next), JOB_DONE);
-    stop(&plant);
+    plant_stop(&plant);
 }
 
 /* Killed after the last chunk was stored and before the tables were. */
@@ -269,47 +189,47 @@ static void a_job_with_all_chunks_is_finished_at_start(void **state)
         free(bytes);
         bcd_run_free(run);
     }
-    plant = start(bench, 2);
+    plant = plant_start(bench, 2);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
-    assert_same_bytes(bench->store, id, scene);
+    plant_stop(&plant);
+    plant_assert_same_bytes(bench->store, id, scene);
 }
 
 static void a_full_disk_is_waited_out(void **state)
 {
     struct bench *bench = *state;
-    struct plant plant = start(bench, 2);
+    struct plant plant = plant_start(bench, 2);
     char id[JOB_ID_SIZE];
 
     job_bench_submit(bench->store, plant.queue, job_bench_scene(6, 1), id);
-    wait_progress(&plant, id, 0.05);
+    plant_wait_progress(&plant, id, 0.05);
     job_bench_disk(true);
     job_bench_nap(400);
     assert_int_equal(bench_state(bench->store, id), JOB_RUNNING);
     job_bench_disk(false);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
-    assert_same_bytes(bench->store, id, job_bench_scene(6, 1));
+    plant_stop(&plant);
+    plant_assert_same_bytes(bench->store, id, job_bench_scene(6, 1));
 }
 
 /* A stop does not wait for the disk; what was finished and not stored is done again. */
 static void a_stop_with_a_full_disk_loses_nothing(void **state)
 {
     struct bench *bench = *state;
-    struct plant plant = start(bench, 2);
+    struct plant plant = plant_start(bench, 2);
     char id[JOB_ID_SIZE];
 
     job_bench_submit(bench->store, plant.queue, job_bench_scene(6, 1), id);
-    wait_progress(&plant, id, 0.05);
+    plant_wait_progress(&plant, id, 0.05);
     job_bench_disk(true);
     job_bench_nap(200);
-    stop(&plant);
+    plant_stop(&plant);
     job_bench_disk(false);
     assert_int_equal(bench_state(bench->store, id), JOB_RUNNING);
-    plant = start(bench, 2);
+    plant = plant_start(bench, 2);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
-    assert_same_bytes(bench->store, id, job_bench_scene(6, 1));
+    plant_stop(&plant);
+    plant_assert_same_bytes(bench->store, id, job_bench_scene(6, 1));
 }
 
 /* A daemon of its own process, until it is killed. */
@@ -319,7 +239,7 @@ static void run_until_killed(const char *dir)
 
     snprintf(bench.dir, sizeof bench.dir, "%s", dir);
     bench_reopen(&bench);
-    start(&bench, 2);
+    plant_start(&bench, 2);
     for (;;)
         pause();
 }
@@ -354,10 +274,10 @@ static void a_killed_daemon_loses_nothing(void **state)
         assert_true(after >= before);
         before = after;
     }
-    plant = start(bench, 2);
+    plant = plant_start(bench, 2);
     assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
-    stop(&plant);
-    assert_same_bytes(bench->store, id, job_bench_scene(12, 1));
+    plant_stop(&plant);
+    plant_assert_same_bytes(bench->store, id, job_bench_scene(12, 1));
 }
 
 /* ------------------------------------------------------------------------ cancel */
@@ -371,16 +291,16 @@ static void cancel(struct plant *plant, const char *id)
 static void a_cancelled_job_makes_room(void **state)
 {
     struct bench *bench = *state;
-    struct plant plant = start(bench, 2);
+    struct plant plant = plant_start(bench, 2);
     char id[JOB_ID_SIZE], next[JOB_ID_SIZE];
     struct blob blob;
 
     job_bench_submit(bench->store, plant.queue, long_scene(), id);
-    wait_progress(&plant, id, 0.05);
+    plant_wait_progress(&plant, id, 0.05);
     cancel(&plant, id);
     job_bench_submit(bench->store, plant.queue, job_bench_scene(2, 1), next);
     assert_int_equal(job_bench_wait(bench->store, next), JOB_DONE);
-    stop(&plant);
+    plant_stop(&plant);
     assert_int_equal(bench_state(bench->store, id), JOB_CANCELLED);
     assert_int_equal(store_results_get(bench->store, id, "msd", &blob), STORE_NOT_FOUND);
     assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM checkpoints"), 0);
@@ -393,7 +313,7 @@ enum { RACES = 40 };
 static void a_cancel_may_meet_the_end(void **state)
 {
     struct bench *bench = *state;
-    struct plant plant = start(bench, 3);
+    struct plant plant = plant_start(bench, 3);
     char id[RACES][JOB_ID_SIZE];
     int64_t counts[JOB_STATES];
 
@@ -419,7 +339,7 @@ static void a_cancel_may_meet_the_end(void **state)
         assert_int_equal(found, ended == JOB_DONE ? STORE_OK : STORE_NOT_FOUND);
         blob_fini(&blob);
     }
-    stop(&plant);
+    plant_stop(&plant);
     assert_int_equal(store_jobs_counts(bench->store, counts), STORE_OK);
     assert_int_equal(counts[JOB_DONE] + counts[JOB_CANCELLED], RACES);
     assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM chunks"), 0);

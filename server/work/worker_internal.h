@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * worker_internal.h - what worker.c, which moves runs, and worker_finish.c, which ends jobs, share.
+ */
+#ifndef WORKER_INTERNAL_H
+#define WORKER_INTERNAL_H
+
+#include "store_samples.h"
+#include "worker.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+enum { MEMORY_TRIES_MAX = 8 };
+
+/* One thread, and what it tells others of itself. */
+struct worker {
+    struct workers *workers;
+    pthread_t thread;
+    atomic_bool alive, busy;
+    atomic_int_least64_t seen_ns; /* when it last came by its clock */
+    atomic_int_least64_t chunks, rod_steps, core_ns;
+};
+
+struct workers {
+    struct queue *queue;
+    struct store *store;
+    size_t count;
+    struct worker each[];
+};
+
+/* One task in work. `cpu_ns`: this thread's clock when its use was told last. */
+struct work {
+    struct workers *workers;
+    struct worker *worker;
+    struct task *task;
+    struct bcd_run *run;
+    struct bcd_error error;
+    int64_t cpu_ns;
+};
+
+/* ------------------------------------------------------------------ worker.c */
+
+bool work_should_stop(const struct work *work);
+/* Waits before try number `tries` + 1 (tries >= 1); false as soon as there is no use in waiting. */
+bool work_back_off(const struct work *work, int tries);
+/* What to do about a store that answered `status` at try number `tries`: true = try again. */
+bool work_try_again(struct work *work, enum store_status status, int tries);
+
+/* ----------------------------------------------------------- worker_finish.c */
+
+/* All chunks up to the goal are done: the results, or the next goal. */
+enum finish {
+    FINISH_ENDED,  /* results are stored, or the job was cancelled, or the next start finishes it */
+    FINISH_FAILED, /* work->error says why */
+    FINISH_AGAIN,  /* the queue has it back; the task is no longer ours */
+};
+enum finish work_finish(struct work *work);
+
+/* What the job stands on turned out damaged: logged and dropped. */
+void work_drop_base(struct work *work, const struct family_sample *base);
+
+#endif
