@@ -38,7 +38,8 @@ static void strings_are_left_alone(void **state)
 static void long_things_are_broken(void **state)
 {
     (void)state;
-    char *text = json_lines_take(strdup("{\"a\":[" LONG "],\"b\":{\"c\":[" LONG "]},\"d\":[\"x\"]}"));
+    char *text =
+        json_lines_take(strdup("{\"a\":[" LONG "],\"b\":{\"c\":[" LONG "]},\"d\":[\"x\"]}"));
     assert_non_null(strstr(text, "{\n  \"a\": [\n    " TEN ",\n"));
     assert_non_null(strstr(text, "\n  \"b\": {\n    \"c\": [\n      " TEN));
     assert_non_null(strstr(text, TEN "\n    ]\n  },\n"));
