@@ -16,6 +16,7 @@ const job = { particles: 4, length: 8, diameter: 0.5, time: 0.5, time_step: 0.01
 for (const name of ['tests', 'engine', 'schema'])
   symlinkSync(resolve(name), join(work, name));
 symlinkSync(resolve(process.env.B ?? 'build'), join(work, 'build'));
+symlinkSync(process.env.BCD_DATA, join(work, 'data'));
 writeFileSync(join(work, 'JOB.json'), JSON.stringify(job));
 
 // Commands of the indented blocks, lines that belong together joined; and those within `...`.
