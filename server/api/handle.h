@@ -62,6 +62,9 @@ double handle_jobs_progress(const struct service *service, const struct job_reco
 /* handle_find.c */
 handler handle_jobs_list;
 
+/* handle_backup.c */
+handler handle_backup;
+
 /* handle_events.c */
 handler handle_events_job, handle_events_all;
 

@@ -5,6 +5,7 @@
  * The database file itself is opened by SQLite alone once a connection exists: an open() and
  * close() of it elsewhere in the process would drop SQLite's locks.
  */
+#include "store_backup.h"
 #include "store_internal.h"
 #include "store_segment.h"
 
@@ -391,6 +392,8 @@ enum store_status store_open_schema(struct store **store, const char *dir,
         status = check_file_system(&opening);
     if (status == STORE_OK)
         status = take_lock(&opening);
+    if (status == STORE_OK)
+        store_backup_tidy(opening.store);
     if (status == STORE_OK)
         status = make_file(&opening);
     if (status == STORE_OK)

@@ -15,6 +15,7 @@
 #include <sqlite3.h>
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -58,6 +59,7 @@ struct store {
     pthread_cond_t read_returned;
     sqlite3 *idle[STORE_READERS];
     size_t idle_count, reader_count;
+    atomic_flag backing_up; /* one backup at a time */
 };
 
 /* One numbered file of schema/. */
