@@ -21,6 +21,11 @@ need_header() { # header below the system's include directories, package
     [ -e "/usr/include/$1" ] || [ -e "/usr/local/include/$1" ] || missing="$missing $2"
 }
 
+# Debian's, whatever other Python there is: one test reads an export with it.
+need_numpy() {
+    /usr/bin/python3 -c 'import numpy' >/dev/null 2>&1 || missing="$missing python3-numpy"
+}
+
 look() {
     missing=
     need_command gcc gcc
@@ -40,6 +45,7 @@ look() {
     need_command sqlite3 sqlite3
     need_command mandoc mandoc
     need_command node nodejs
+    need_numpy
     need_command npm npm
     if [ "${1:-}" = long ]; then
         need_command clang clang

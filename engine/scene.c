@@ -2,6 +2,7 @@
  * scene.c - the job: its rows, its parts, its canonical encoding. See scene.h and bcd.h. */
 #include "scene.h"
 #include "blob.h"
+#include "kernels/elementary.h"
 #include "scene_cache.h"
 #include "status.h"
 #include "target.h"
@@ -352,6 +353,32 @@ static void encode(struct encoder *e, const char *format, ...)
     encode_bytes(e, piece, (size_t)length);
 }
 
+/* As %a, many times faster for what numbers usually are. */
+static void encode_number(struct encoder *e, double value)
+{
+    uint64_t bits = to_bits(value), mantissa = bits & 0xfffffffffffffu;
+    int exponent = (int)(bits >> 52 & 0x7ff);
+    if (value != 0 && (exponent == 0 || exponent == 0x7ff)) {
+        encode(e, "%a", value);
+        return;
+    }
+    char piece[40] = "-0x", *at = piece + 3;
+    *at++ = value == 0 ? '0' : '1';
+    if (mantissa)
+        *at++ = '.';
+    for (; mantissa; mantissa = mantissa << 4 & 0xfffffffffffffu)
+        *at++ = "0123456789abcdef"[mantissa >> 48];
+    int power = value == 0 ? 0 : exponent - 1023;
+    *at++ = 'p';
+    *at++ = power < 0 ? '-' : '+';
+    power = power < 0 ? -power : power;
+    for (int unit = power >= 1000 ? 1000 : power >= 100 ? 100 : power >= 10 ? 10 : 1; unit > 0;
+         unit /= 10)
+        *at++ = (char)('0' + power / unit % 10);
+    const char *start = piece + !(bits >> 63);
+    encode_bytes(e, start, (size_t)(at - start));
+}
+
 static void encode_value(struct encoder *e, const struct bcd_group *group,
                          const struct bcd_param *row)
 {
@@ -364,10 +391,13 @@ static void encode_value(struct encoder *e, const struct bcd_group *group,
     } else if (row->type == BCD_PARAM_NUMBERS) {
         struct bcd_numbers numbers = bcd_group_numbers(group, row);
         encode(e, "numbers %zu", numbers.count);
-        for (size_t i = 0; i < numbers.count; i++)
-            encode(e, " %a", numbers.at[i]);
+        for (size_t i = 0; i < numbers.count; i++) {
+            encode_word(e, " ");
+            encode_number(e, numbers.at[i]);
+        }
     } else {
-        encode(e, "number %a", bcd_group_number(group, row));
+        encode_word(e, "number ");
+        encode_number(e, bcd_group_number(group, row));
     }
 }
 

@@ -47,7 +47,9 @@ static void point_into(struct bcd_tally *tally, double *memory)
 void tally_layout(struct bcd_tally *tally, const struct bcd_scene *scene, size_t count,
                   struct arena *kept)
 {
-    *tally = (struct bcd_tally){.identity = scene_family(scene), .count = count};
+    *tally = (struct bcd_tally){.count = count};
+    if (kept->bytes) /* else only sizes are wanted */
+        tally->identity = scene_family(scene);
     point_into(tally, arena_take(kept, bytes_of(count)));
 }
 

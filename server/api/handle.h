@@ -53,9 +53,6 @@ typedef void handler(const struct service *service, const struct call *call, str
 handler handle_jobs_submit, handle_jobs_get, handle_jobs_cancel;
 handler handle_jobs_estimate, handle_jobs_theory;
 
-/* Whether the body is called JSON; false with the reply filled. */
-bool handle_jobs_media(const struct request *request, struct reply *reply);
-
 /* 0..1: the queue knows of chunks in motion, the record of those put away. */
 double handle_jobs_progress(const struct service *service, const struct job_record *record);
 
@@ -75,6 +72,14 @@ struct wait {
 };
 void handle_events_hold(const struct service *service, int64_t seq, const struct wait *wait,
                         struct reply *reply);
+
+/* handle_sweeps.c */
+handler handle_sweeps_submit, handle_sweeps_list, handle_sweeps_get, handle_sweeps_extend;
+handler handle_sweeps_retry, handle_sweeps_cancel;
+
+/* handle_sweep_results.c */
+handler handle_sweep_results_json, handle_sweep_results_csv, handle_sweep_results_lines;
+handler handle_sweep_results_npz;
 
 /* handle_results.c */
 handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "handle.h"
+#include "job_admit.h"
 #include "limits.h"
 #include "record_json.h"
 #include "reply.h"
+#include "request_check.h"
 #include "scene_json.h"
 #include "store_audit.h"
 #include "store_jobs.h"
@@ -13,16 +15,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 static bool read_scene(const struct request *request, struct bcd_scene **scene,
                        struct ticket *ticket, struct reply *reply);
-static bool media_json(const char *type);
-static bool check_key(const char *key, struct reply *reply);
-static void check_limits(const struct bcd_scene *scene, struct bcd_errors *errors);
 static char *estimate_print(const struct bcd_scene *scene);
-static enum store_status insert(struct store *store, const struct bcd_scene *scene,
-                                struct job_new *job, struct job_record *record, bool *existed);
 static bool must_wait(const struct service *service, const struct call *call,
                       const struct job_record *record, struct wait *wait);
 static void etag_of(const struct job_record *record, char etag[ETAG_SIZE]);
@@ -36,24 +32,28 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
                           .by = &call->identity};
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
+    struct bcd_estimate estimate;
     struct job_record record = {0};
     bool existed = false;
     snprintf(ticket.owner, sizeof(ticket.owner), "%s", call->identity.owner);
     const char *force = call_query(call, "force");
     job.force = force && strcmp(force, "true") == 0;
-    if (!check_key(job.idempotency_key, reply) ||
+    if (!request_check_key(call->request, reply) ||
         !read_scene(call->request, &scene, &ticket, reply))
         return;
-    check_limits(scene, &errors);
+    bcd_scene_estimate(scene, &estimate);
+    job_admit_check(&estimate, &errors);
     if (errors.count > 0) {
         char more[512];
-        char *estimate = estimate_print(scene);
-        snprintf(more, sizeof(more), "\"estimate\":%s", estimate ? estimate : "null");
+        char *print = estimate_print(scene);
+        snprintf(more, sizeof(more), "\"estimate\":%s", print ? print : "null");
         reply_faults(reply, PROBLEM_TOO_COSTLY, &errors, more);
-        free(estimate);
+        free(print);
         goto cleanup;
     }
-    enum store_status status = insert(service->store, scene, &job, &record, &existed);
+    enum store_status status = STORE_BROKEN;
+    if (job_admit_fill(scene, &estimate, &job))
+        status = store_jobs_insert(service->store, &job, &record, &existed);
     if (status == STORE_CONFLICT) {
         reply_problem(reply, PROBLEM_KEY_REUSED,
                       "this Idempotency-Key came with another job before");
@@ -68,6 +68,8 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
         reply_accepted_take(reply, location, print(service, &record, RECORD_NEW));
     }
 cleanup:
+    free((char *)job.job);
+    free((char *)job.derived);
     job_record_fini(&record);
     ticket_fini(&ticket);
     bcd_scene_free(scene);
@@ -187,7 +189,7 @@ static bool read_scene(const struct request *request, struct bcd_scene **scene,
                        struct ticket *ticket, struct reply *reply)
 {
     struct bcd_errors errors = {0};
-    if (!handle_jobs_media(request, reply))
+    if (!request_check_json(request, reply))
         return false;
     enum bcd_status status =
         ticket ? scene_json_parse_ticket(request->body, request->body_size, scene, ticket, &errors)
@@ -197,88 +199,11 @@ static bool read_scene(const struct request *request, struct bcd_scene **scene,
     return status == BCD_OK;
 }
 
-bool handle_jobs_media(const struct request *request, struct reply *reply)
-{
-    if (media_json(request->content_type))
-        return true;
-    reply_problem(reply, PROBLEM_MEDIA_TYPE, "Content-Type should be application/json");
-    return false;
-}
-
-/* Also what `curl -d` says when it is not told otherwise. */
-static bool media_json(const char *type)
-{
-    if (!type)
-        return true;
-    size_t length = strcspn(type, "; \t");
-    static const char *const exact[] = {"application/json", "text/json",
-                                        "application/x-www-form-urlencoded"};
-    for (size_t i = 0; i < sizeof(exact) / sizeof(exact[0]); i++)
-        if (strlen(exact[i]) == length && strncasecmp(type, exact[i], length) == 0)
-            return true;
-    return length > 17 && strncasecmp(type, "application/", 12) == 0 &&
-           strncasecmp(type + length - 5, "+json", 5) == 0;
-}
-
-static bool check_key(const char *key, struct reply *reply)
-{
-    if (!key)
-        return true;
-    size_t length = strlen(key);
-    bool sound = length > 0 && length <= LIMIT_IDEMPOTENCY_KEY_BYTES_MAX;
-    for (size_t i = 0; i < length && sound; i++)
-        sound = key[i] > ' ' && key[i] < 0x7F;
-    if (!sound)
-        reply_problem(reply, PROBLEM_BAD_REQUEST,
-                      "an Idempotency-Key has 1 to %d printable ASCII characters and no spaces",
-                      LIMIT_IDEMPOTENCY_KEY_BYTES_MAX);
-    return sound;
-}
-
-static void check_limits(const struct bcd_scene *scene, struct bcd_errors *errors)
-{
-    struct bcd_estimate estimate;
-    bcd_scene_estimate(scene, &estimate);
-    const struct {
-        const char *what, *limit;
-        double value, max;
-    } rows[] = {
-        {"bytes of memory", "LIMIT_RUN_BYTES_MAX", estimate.run_bytes, LIMIT_RUN_BYTES_MAX},
-        {"bytes of results", "LIMIT_RESULT_BYTES_MAX", estimate.result_bytes,
-         LIMIT_RESULT_BYTES_MAX},
-        {"bytes on disk", "LIMIT_DISK_BYTES_MAX", estimate.tally_bytes + estimate.result_bytes,
-         LIMIT_DISK_BYTES_MAX},
-        {"seconds of one core", "LIMIT_CORE_SECONDS_MAX", estimate.core_seconds,
-         LIMIT_CORE_SECONDS_MAX},
-    };
-    for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
-        if (!(rows[i].value <= rows[i].max)) /* NaN is refused too */
-            bcd_errors_add(errors, "", "needs about %.3g %s; %s is %g", rows[i].value, rows[i].what,
-                           rows[i].limit, rows[i].max);
-}
-
 static char *estimate_print(const struct bcd_scene *scene)
 {
     struct bcd_estimate estimate;
     bcd_scene_estimate(scene, &estimate);
     return record_json_estimate(&estimate, bcd_scene_chunks(scene));
-}
-
-/* Fills in what the scene says of the job. */
-static enum store_status insert(struct store *store, const struct bcd_scene *scene,
-                                struct job_new *job, struct job_record *record, bool *existed)
-{
-    char *text = scene_json_job(scene);
-    char *derived = scene_json_derived(scene);
-    enum store_status status = STORE_BROKEN;
-    job->chunks = bcd_scene_chunks(scene);
-    job->job = text;
-    job->derived = derived;
-    if (text && derived && queue_hash(scene, job->hash))
-        status = store_jobs_insert(store, job, record, existed);
-    free(text);
-    free(derived);
-    return status;
 }
 
 double handle_jobs_progress(const struct service *service, const struct job_record *record)

@@ -5,6 +5,7 @@
 #include "limits.h"
 #include "people_json.h"
 #include "reply.h"
+#include "request_check.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,7 +22,7 @@ void handle_people_token_create(const struct service *service, const struct call
     struct token_record token = {.role = ROLE_NONE};
     struct bcd_errors errors = {0};
     char secret[SECRET_SIZE] = "", location[96];
-    if (!handle_jobs_media(request, reply))
+    if (!request_check_json(request, reply))
         return;
     if (!people_json_read_token(request->body, request->body_size, now_ms(), &token, &errors)) {
         reply_bcd(reply, BCD_INVALID, &errors);
@@ -120,7 +121,7 @@ void handle_people_owner_put(const struct service *service, const struct call *c
                       OWNER_SIZE - 1);
         return;
     }
-    if (!handle_jobs_media(request, reply))
+    if (!request_check_json(request, reply))
         return;
     if (!people_json_read_quotas(request->body, request->body_size, quota, &errors)) {
         reply_bcd(reply, BCD_INVALID, &errors);

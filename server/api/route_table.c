@@ -6,6 +6,7 @@
 #include <string.h>
 
 #define JOB "/v1/jobs/{id}"
+#define SWEEP "/v1/sweeps/{id}"
 #define TOKEN "/v1/tokens/{id}"
 #define WORK "/v1/reports/work-precision"
 
@@ -25,6 +26,10 @@
 
 #define EXAMPLE_TOKEN                                                                              \
     "{\"owner\":\"anna\",\"role\":\"submitter\",\"name\":\"laptop\",\"expires_in\":7776000}"
+
+#define EXAMPLE_SWEEP                                                                              \
+    "{\"base\":" EXAMPLE_JOB ",\"axes\":{\"/diameter\":[0.25,0.5],"                                \
+    "\"/seed\":{\"first\":1,\"count\":3}}}"
 
 static const struct query_row submit_query[] = {
     {"force", QUERY_BOOLEAN, .doc = "true runs the job anew although the same one stands"},
@@ -67,6 +72,13 @@ static const struct query_row audit_query[] = {
     {"object", QUERY_TEXT, .doc = "id of the job, sweep, token or owner"},
     {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
     {"cursor", QUERY_INTEGER, .min = 1, .max = 1e15, .doc = "\"next\" of the page before"},
+    {0},
+};
+
+static const struct query_row sweeps_query[] = {
+    {"owner", QUERY_TEXT, .doc = "sweeps of this owner"},
+    {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
+    {"cursor", QUERY_TEXT, .doc = "\"next\" of the page before"},
     {0},
 };
 
@@ -115,6 +127,44 @@ static const struct route routes[] = {
      "Server-Sent Events. job: {\"id\",\"state\",\"owner\",\"progress\"}; counts: jobs by "
      "state; lost: more changed than is told one by one. Last-Event-ID goes on where one was.",
      .query = events_query, .answers = {{200, SSE}}},
+    {"POST", "/v1/sweeps", ROLE_SUBMITTER, handle_sweeps_submit, "submitSweep",
+     "submit a sweep: a base job and axes that vary it",
+     "An axis is a JSON pointer into the job and its values: a list, {\"from\",\"to\",\"points\","
+     "\"scale\":\"linear\" or \"log\"}, or {\"first\",\"count\"}. zip names axes that go together. "
+     "All points are kept, or none. 200: the same sweep stands already.",
+     .idempotency_key = true, .body = "Sweep", .example = EXAMPLE_SWEEP,
+     .answers = {{202, JSON, "SweepRecord"}, {200, JSON, "SweepRecord"}}, .problems = P(DISK_FULL)},
+    {"GET", "/v1/sweeps", ROLE_READER, handle_sweeps_list, "listSweeps",
+     "sweeps, newest first; ?owner= &limit= &cursor=",
+     .query = sweeps_query, .answers = {{200, JSON, "SweepList"}}},
+    {"GET", SWEEP, ROLE_READER, handle_sweeps_get, "getSweep",
+     "one sweep: how many of its jobs are in each state, axes",
+     .answers = {{200, JSON, "SweepRecord"}}},
+    {"DELETE", SWEEP, ROLE_SUBMITTER, handle_sweeps_cancel, "cancelSweep",
+     "cancel a sweep: what has not ended and nobody else wants",
+     .answers = {{200, JSON, "SweepRecord"}}, .problems = P(DISK_FULL)},
+    {"POST", SWEEP "/extend", ROLE_SUBMITTER, handle_sweeps_extend, "extendSweep",
+     "more values for axes of a sweep", "200: it has all of them already.",
+     .body = "SweepExtension", .example = "{\"axes\":{\"/diameter\":[0.75]}}",
+     .answers = {{202, JSON, "SweepRecord"}, {200, JSON, "SweepRecord"}},
+     .problems = P(STATE) | P(DISK_FULL)},
+    {"POST", SWEEP "/retry", ROLE_SUBMITTER, handle_sweeps_retry, "retrySweep",
+     "run the jobs of a sweep that failed once more", "200: none had failed.",
+     .answers = {{202, JSON, "SweepRecord"}, {200, JSON, "SweepRecord"}},
+     .problems = P(STATE) | P(DISK_FULL)},
+    {"GET", SWEEP "/results/{name}", ROLE_READER, handle_sweep_results_json, "getSweepResult",
+     "one observable of all jobs of a sweep",
+     "A row for each point: job, state, the axes' values, and the columns where the job is done.",
+     .answers = {{200, JSON, "SweepResult"}}},
+    {"GET", SWEEP "/results/{name}.csv", ROLE_READER, handle_sweep_results_csv,
+     "getSweepResultCsv", "the same as CSV, of jobs that are done", .answers = {{200, CSV}}},
+    {"GET", SWEEP "/results/{name}.ndjson", ROLE_READER, handle_sweep_results_lines,
+     "getSweepResultLines", "the same, one line of JSON for each point",
+     .answers = {{200, "application/x-ndjson"}}},
+    {"GET", SWEEP "/results/{name}.npz", ROLE_READER, handle_sweep_results_npz,
+     "getSweepResultArrays", "the same as arrays for numpy.load",
+     "An array for each axis, for each column, of job ids and of states; NaN where there is no "
+     "result.", .answers = {{200, "application/zip"}}},
     {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
      "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{200, JSON, "Estimate"}}},

@@ -13,6 +13,9 @@ enum {
     LIMIT_LABEL_CHARACTERS_MAX = 200,      /* of a job */
     LIMIT_TAGS_MAX = 16,
     LIMIT_TAG_BYTES_MAX = 64,
+    LIMIT_SWEEP_POINTS_MAX = 100000,       /* of a sweep, extensions included */
+    LIMIT_SWEEP_POINTER_BYTES_MAX = 63,    /* of an axis */
+    LIMIT_SWEEP_FAULTY_MAX = 1000,         /* points with faults before the rest is not looked at */
     LIMIT_CONNECTIONS_MAX = 2000,
     LIMIT_HTTP_THREADS = 4,
     LIMIT_HEADER_BYTES_MAX = 32 << 10,     /* request line and headers of one request */

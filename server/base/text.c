@@ -95,6 +95,8 @@ char *text_take(struct text *text)
 {
     text_add_bytes(text, "", 0);
     char *bytes = text->bytes;
+    char *fitted = bytes && text->room > 2 * text->size ? realloc(bytes, text->size + 1) : NULL;
+    bytes = fitted ? fitted : bytes;
     if (text->failed) {
         free(bytes);
         bytes = NULL;

@@ -32,6 +32,12 @@ char *table_json_print_all(struct bcd_table *const *tables, size_t count)
 static void add_table(struct text *text, const struct bcd_table *table)
 {
     text_add(text, "{");
+    table_json_add_members(text, table);
+    text_add(text, "}");
+}
+
+void table_json_add_members(struct text *text, const struct bcd_table *table)
+{
     for (size_t i = 0; i < table->columns; i++) {
         const struct bcd_column *column = &table->column[i];
         add_name(text, column->name, "", i == 0);
@@ -49,7 +55,6 @@ static void add_table(struct text *text, const struct bcd_table *table)
         else
             text_add_number(text, note->number);
     }
-    text_add(text, "}");
 }
 
 /* A list; the number itself in a table of scalars; null when there is nothing. */

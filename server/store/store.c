@@ -325,15 +325,16 @@ static enum store_status migrate(struct opening *opening)
 static enum store_status set_up_writer(struct opening *opening)
 {
     sqlite3 *db = opening->store->writer;
-    char *mode = NULL, size_limit[64];
+    char *mode = NULL, size_limit[64], cache[64];
     int64_t foreign_keys = 0, synchronous = 0;
     enum store_status status = STORE_BROKEN;
 
     snprintf(size_limit, sizeof size_limit, "PRAGMA journal_size_limit = %d", STORE_WAL_BYTES_KEPT);
+    snprintf(cache, sizeof cache, "PRAGMA cache_size = -%d", STORE_CACHE_KIB);
     if (ask(db, "PRAGMA journal_mode = WAL", NULL, &mode) == STORE_OK && mode &&
         strcmp(mode, "wal") == 0 && store_exec(db, "PRAGMA synchronous = FULL") == STORE_OK &&
         store_exec(db, "PRAGMA foreign_keys = ON") == STORE_OK &&
-        ask(db, size_limit, NULL, NULL) == STORE_OK &&
+        ask(db, size_limit, NULL, NULL) == STORE_OK && store_exec(db, cache) == STORE_OK &&
         ask(db, "PRAGMA foreign_keys", &foreign_keys, NULL) == STORE_OK &&
         ask(db, "PRAGMA synchronous", &synchronous, NULL) == STORE_OK && foreign_keys == 1 &&
         synchronous == 2)

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/random.h>
 
+/* A letter and 80 random bits in base 32: nobody guesses one, and none is made twice. */
 enum store_status store_make_id(char id[JOB_ID_SIZE], char kind)
 {
     static const char digits[] = "abcdefghijklmnopqrstuvwxyz234567";
@@ -34,6 +35,15 @@ static enum store_status find_key(sqlite3 *db, const struct job_new *job, struct
 
     if (!job->idempotency_key)
         return STORE_NOT_FOUND;
+    row = stmt_init(db, "SELECT 1 FROM sweep_keys WHERE key = :key");
+    stmt_bind_text(&row, ":key", job->idempotency_key);
+    if (stmt_step(&row)) {
+        stmt_fini(&row);
+        return STORE_CONFLICT;
+    }
+    status = stmt_fini(&row);
+    if (status)
+        return status;
     row = stmt_init(db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE seq ="
                         " (SELECT job FROM idempotency_keys WHERE key = :key)");
     stmt_bind_text(&row, ":key", job->idempotency_key);
@@ -89,6 +99,36 @@ static enum store_status supersede(sqlite3 *db, const struct job_new *job)
     return stmt_run(&row, NULL);
 }
 
+/* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
+ * CHECK with this function.) */
+struct stmt store_insert_stmt(sqlite3 *db)
+{
+    return stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived,"
+                         " owner, priority, label, core_seconds, bytes, forced,"
+                         " alone)"
+                         " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived,"
+                         " :owner, :priority, :label, :core_seconds, :bytes, :forced,"
+                         " :alone"
+                         " WHERE json_valid(:job) AND json_valid(:derived)");
+}
+
+void store_insert_bind(struct stmt *row, const struct job_new *job, const struct ticket *ticket,
+                       const char *id)
+{
+    stmt_bind_text(row, ":owner", ticket->owner);
+    stmt_bind_integer(row, ":priority", ticket->priority);
+    stmt_bind_text(row, ":label", ticket->label);
+    stmt_bind_number(row, ":core_seconds", job->core_seconds);
+    stmt_bind_integer(row, ":bytes", (int64_t)job->bytes);
+    stmt_bind_integer(row, ":forced", job->force);
+    stmt_bind_text(row, ":id", id);
+    stmt_bind_blob(row, ":hash", job->hash, JOB_HASH_SIZE);
+    stmt_bind_integer(row, ":now", store_now_ms());
+    stmt_bind_integer(row, ":chunks", job->chunks);
+    stmt_bind_text(row, ":job", job->job);
+    stmt_bind_text(row, ":derived", job->derived);
+}
+
 static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
                                     struct job_record *record)
 {
@@ -101,25 +141,9 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
 
     if (status)
         return status;
-    /* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
-     * CHECK with this function.) */
-    row = stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived,"
-                        " owner, priority, label, core_seconds, bytes, forced)"
-                        " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived,"
-                        " :owner, :priority, :label, :core_seconds, :bytes, :forced"
-                        " WHERE json_valid(:job) AND json_valid(:derived)");
-    stmt_bind_text(&row, ":owner", ticket->owner);
-    stmt_bind_integer(&row, ":priority", ticket->priority);
-    stmt_bind_text(&row, ":label", ticket->label);
-    stmt_bind_number(&row, ":core_seconds", job->core_seconds);
-    stmt_bind_integer(&row, ":bytes", (int64_t)job->bytes);
-    stmt_bind_integer(&row, ":forced", job->force);
-    stmt_bind_text(&row, ":id", id);
-    stmt_bind_blob(&row, ":hash", job->hash, JOB_HASH_SIZE);
-    stmt_bind_integer(&row, ":now", store_now_ms());
-    stmt_bind_integer(&row, ":chunks", job->chunks);
-    stmt_bind_text(&row, ":job", job->job);
-    stmt_bind_text(&row, ":derived", job->derived);
+    row = store_insert_stmt(db);
+    store_insert_bind(&row, job, ticket, id);
+    stmt_bind_integer(&row, ":alone", 1);
     status = stmt_run(&row, &changes);
     if (status == STORE_OK && changes == 0)
         status = store_fault(db, SQLITE_MISMATCH, "a job that is no JSON");
@@ -151,6 +175,15 @@ static enum store_status insert_new(sqlite3 *db, const struct job_new *job,
     return status;
 }
 
+/* A job of sweeps that somebody wants by itself now: it no longer ends with them. */
+static enum store_status stand_alone(sqlite3 *db, int64_t seq)
+{
+    struct stmt row = stmt_init(db, "UPDATE jobs SET alone = 1 WHERE seq = :seq AND alone = 0");
+
+    stmt_bind_integer(&row, ":seq", seq);
+    return stmt_run(&row, NULL);
+}
+
 enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct job_record *record,
                                  bool *existed)
 {
@@ -164,6 +197,8 @@ enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct 
     else if (status == STORE_NOT_FOUND && (status = supersede(db, job)) == STORE_OK)
         status = STORE_NOT_FOUND;
     *existed = status == STORE_OK;
+    if (*existed)
+        status = stand_alone(db, found.seq);
     if (status == STORE_NOT_FOUND)
         status = insert_new(db, job, &found);
     if (status == STORE_OK && job->idempotency_key && !known_key)

@@ -24,6 +24,7 @@ enum {
     STORE_APPLICATION_ID = 0x62636464, /* "bcdd" */
     STORE_READERS = 4,
     STORE_BUSY_MS = 10000,
+    STORE_CACHE_KIB = 64 << 10, /* pages the writer keeps in memory, when it has so many to write */
     STORE_WAL_BYTES_KEPT = 64 << 20, /* a longer -wal file is cut back when it is reused */
 };
 
@@ -129,6 +130,9 @@ enum store_status stmt_fini(struct stmt *stmt);
 /* Ready to be bound and stepped once more. */
 void stmt_again(struct stmt *stmt);
 
+/* Runs a statement that returns no rows to its end, and makes it ready for other values. */
+enum store_status stmt_run_again(struct stmt *stmt, int *changes);
+
 /* Runs a statement that returns no rows to its end and closes it. *changes (may be NULL) = rows
  * changed by it. */
 enum store_status stmt_run(struct stmt *stmt, int *changes);
@@ -141,6 +145,12 @@ enum store_status stmt_run(struct stmt *stmt, int *changes);
     "(SELECT group_concat(tag, ' ') FROM job_tags WHERE job_tags.job = seq), outcome"
 enum store_status store_jobs_read_one(struct stmt *row, struct job_record *record);
 enum store_status store_jobs_find(sqlite3 *db, const char *id, struct job_record *record);
+
+/* A row of the table jobs, to be run (0 changes: a text that is no JSON) or run again for the next;
+ * :alone is left to the caller. All is borrowed until then. */
+struct stmt store_insert_stmt(sqlite3 *db);
+void store_insert_bind(struct stmt *row, const struct job_new *job, const struct ticket *ticket,
+                       const char *id);
 
 /* store_jobs_insert inside a transaction. */
 enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct job_record *record,

@@ -275,7 +275,7 @@ void stmt_again(struct stmt *stmt)
     sqlite3_reset(stmt->handle); /* repeats an error that is known already */
 }
 
-enum store_status stmt_run(struct stmt *stmt, int *changes)
+enum store_status stmt_run_again(struct stmt *stmt, int *changes)
 {
     if (stmt_step(stmt)) {
         assert(!"a statement without rows gave one");
@@ -283,6 +283,13 @@ enum store_status stmt_run(struct stmt *stmt, int *changes)
     }
     if (changes && !stmt->status)
         *changes = sqlite3_changes(stmt->db);
+    stmt_again(stmt);
+    return stmt->status;
+}
+
+enum store_status stmt_run(struct stmt *stmt, int *changes)
+{
+    stmt_run_again(stmt, changes);
     return stmt_fini(stmt);
 }
 

@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * sweep_walk_json.c - from one point of a sweep to the next: a copy of the base job in which only
+ * the values that change are put in.
+ */
+#include "scene_json_tree.h"
+#include "sweep_json_tree.h"
+
+#include <jansson.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct sweep_walk {
+    const struct sweep *sweep;
+    json_t *job;
+    struct sweep_slot slots[SWEEP_AXES_MAX];
+    size_t at[SWEEP_AXES_MAX]; /* index into each group's values; SIZE_MAX = not yet there */
+    size_t next, end;
+};
+
+static void go(struct sweep_walk *walk, size_t point);
+static void put(const struct sweep_slot *slot, json_t *value);
+
+const char *sweep_slot_find(json_t *job, const char *pointer, struct sweep_slot *slot)
+{
+    *slot = (struct sweep_slot){.parent = job};
+    if (pointer[0] != '/' || pointer[1] == '\0')
+        return "must be a JSON pointer such as /potential/amplitude";
+    for (const char *c = pointer; *c;) {
+        size_t length = 0;
+        for (c++; *c && *c != '/'; c++) {
+            bool escaped = c[0] == '~' && (c[1] == '0' || c[1] == '1');
+            slot->key[length++] = escaped ? (c[1] == '0' ? '~' : '/') : *c;
+            c += escaped;
+        }
+        slot->key[length] = '\0';
+        if (json_is_array(slot->parent)) {
+            slot->index = strtoul(slot->key, NULL, 10);
+            if (length == 0 || length > 6 || strspn(slot->key, "0123456789") != length ||
+                slot->index >= json_array_size(slot->parent))
+                return "leads to no element of that list";
+        } else if (!json_is_object(slot->parent)) {
+            return "leads into what is no object of the base job";
+        }
+        if (*c)
+            slot->parent = json_is_array(slot->parent) ? json_array_get(slot->parent, slot->index)
+                                                       : json_object_get(slot->parent, slot->key);
+    }
+    return NULL;
+}
+
+struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, size_t end)
+{
+    struct sweep_walk *walk = calloc(1, sizeof(*walk));
+    bool sound = walk != NULL;
+    if (!walk)
+        return NULL;
+    *walk = (struct sweep_walk){.sweep = sweep, .next = first, .end = end};
+    walk->job = json_deep_copy(sweep->base);
+    for (size_t a = 0; a < sweep->axis_count; a++)
+        sound = sound && !sweep_slot_find(walk->job, sweep->axes[a].pointer, &walk->slots[a]);
+    for (size_t g = 0; g < SWEEP_AXES_MAX; g++)
+        walk->at[g] = SIZE_MAX;
+    if (sound)
+        return walk;
+    sweep_walk_free(walk);
+    return NULL;
+}
+
+void sweep_walk_free(struct sweep_walk *walk)
+{
+    if (walk)
+        json_decref(walk->job);
+    free(walk);
+}
+
+bool sweep_walk_next(struct sweep_walk *walk, size_t *point)
+{
+    const struct sweep *sweep = walk->sweep;
+    while (walk->next < walk->end) {
+        size_t rest = walk->next;
+        bool fresh = false;
+        for (size_t g = sweep->group_count; g-- > 0; rest /= sweep->groups[g].length)
+            fresh = fresh || rest % sweep->groups[g].length >= sweep->groups[g].old;
+        if (fresh) {
+            *point = walk->next++;
+            go(walk, *point);
+            return true;
+        }
+        walk->next++;
+    }
+    return false;
+}
+
+enum bcd_status sweep_walk_scene(struct sweep_walk *walk, struct bcd_scene_cache *cache,
+                                 struct bcd_scene **scene, struct bcd_errors *errors)
+{
+    return scene_json_read(walk->job, cache, scene, errors);
+}
+
+void sweep_walk_add_place(const struct sweep_walk *walk, struct text *text)
+{
+    for (size_t g = 0; g < walk->sweep->group_count; g++)
+        text_add(text, "%s%zu", g ? "," : "[", walk->at[g]);
+    text_add(text, "]");
+}
+
+void sweep_walk_add_values(const struct sweep_walk *walk, struct text *text)
+{
+    for (size_t a = 0; a < walk->sweep->axis_count; a++) {
+        text_add(text, "%s%s = ", a ? ", " : "", walk->sweep->axes[a].pointer);
+        sweep_add_value(text, walk->sweep, a, walk->at[walk->sweep->axes[a].group]);
+    }
+}
+
+/* Puts into the job what differs from the point before. */
+static void go(struct sweep_walk *walk, size_t point)
+{
+    const struct sweep *sweep = walk->sweep;
+    bool moved[SWEEP_AXES_MAX] = {false};
+    for (size_t g = sweep->group_count; g-- > 0; point /= sweep->groups[g].length) {
+        size_t at = point % sweep->groups[g].length;
+        moved[g] = at != walk->at[g];
+        walk->at[g] = at;
+    }
+    for (size_t a = 0; a < sweep->axis_count; a++) {
+        const struct sweep_axis *axis = &sweep->axes[a];
+        if (moved[axis->group])
+            put(&walk->slots[a], json_array_get(axis->values, walk->at[axis->group]));
+    }
+}
+
+static void put(const struct sweep_slot *slot, json_t *value)
+{
+    if (json_is_array(slot->parent))
+        json_array_set(slot->parent, slot->index, value);
+    else
+        json_object_set(slot->parent, slot->key, value);
+}

@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * store_sweep_rows.c - sweeps are looked at and cancelled; see store_sweeps.h. */
+#include "store_segment.h"
+#include "store_sweeps_internal.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void sweep_record_fini(struct sweep_record *record)
+{
+    ticket_fini(&record->ticket);
+    free(record->base);
+    free(record->axes);
+    free(record->zip);
+    record->base = record->axes = record->zip = NULL;
+}
+
+void sweep_records_free(struct sweep_record *records, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        sweep_record_fini(&records[i]);
+    free(records);
+}
+
+/* -------------------------------------------------------------------- records */
+
+#define COUNT(state) "(SELECT points FROM sweep_counts WHERE sweep = seq AND state = '" state "')"
+#define COLUMNS                                                                                    \
+    "seq, id, owner, label, tags, priority, submitted_ms, cancelled_ms, points, base, axes, "      \
+    "zip, " COUNT("queued") ", " COUNT("running") ", " COUNT("done") ", " COUNT(                   \
+        "failed") ", " COUNT("cancelled")
+
+static void read_record(struct stmt *row, struct sweep_record *record)
+{
+    char *id = stmt_text(row, 1), *owner = stmt_text(row, 2);
+
+    *record = (struct sweep_record){
+        .seq = stmt_integer(row, 0),
+        .ticket = {.label = stmt_text(row, 3),
+                   .tags = stmt_text(row, 4),
+                   .priority = (int)stmt_integer(row, 5)},
+        .submitted_ms = stmt_integer(row, 6),
+        .cancelled_ms = stmt_integer(row, 7),
+        .points = stmt_integer(row, 8),
+        .base = stmt_text(row, 9),
+        .axes = stmt_text(row, 10),
+        .zip = stmt_text(row, 11),
+        .counts = {[JOB_QUEUED] = stmt_integer(row, 12),
+                   [JOB_RUNNING] = stmt_integer(row, 13),
+                   [JOB_DONE] = stmt_integer(row, 14),
+                   [JOB_FAILED] = stmt_integer(row, 15),
+                   [JOB_CANCELLED] = stmt_integer(row, 16)},
+    };
+    if (id && owner) {
+        snprintf(record->id, sizeof record->id, "%s", id);
+        snprintf(record->ticket.owner, sizeof record->ticket.owner, "%s", owner);
+    } else if (!row->status) {
+        row->status = store_fault(row->db, SQLITE_CORRUPT, row->sql);
+    }
+    free(id);
+    free(owner);
+    if (row->status)
+        sweep_record_fini(record);
+}
+
+enum store_status store_sweeps_find(sqlite3 *db, const char *id, int64_t seq,
+                                    struct sweep_record *record)
+{
+    struct stmt row = stmt_init(db, id ? "SELECT " COLUMNS " FROM sweeps WHERE id = :id"
+                                       : "SELECT " COLUMNS " FROM sweeps WHERE seq = :seq");
+    struct sweep_record found = {0};
+    bool any;
+
+    if (id)
+        stmt_bind_text(&row, ":id", id);
+    else
+        stmt_bind_integer(&row, ":seq", seq);
+    any = stmt_step(&row);
+    if (any)
+        read_record(&row, &found);
+    if (stmt_fini(&row))
+        return row.status;
+    if (!any)
+        return STORE_NOT_FOUND;
+    *record = found;
+    return STORE_OK;
+}
+
+enum store_status store_sweeps_get(struct store *store, const char *id, struct sweep_record *record)
+{
+    sqlite3 *db = store_read_begin(store);
+    enum store_status status = store_sweeps_find(db, id, 0, record);
+
+    store_read_end(store, db);
+    return status;
+}
+
+enum store_status store_sweeps_list(struct store *store, const char *owner, int64_t before_seq,
+                                    size_t limit, struct sweep_record **records, size_t *count)
+{
+    struct sweep_record *list = calloc(limit + 1, sizeof *list);
+    size_t used = 0;
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row = stmt_init(db, "SELECT " COLUMNS " FROM sweeps WHERE seq < :before"
+                                    " AND (:owner IS NULL OR owner = :owner)"
+                                    " ORDER BY seq DESC LIMIT :limit");
+
+    stmt_bind_integer(&row, ":before", before_seq > 0 ? before_seq : INT64_MAX);
+    stmt_bind_text(&row, ":owner", owner);
+    stmt_bind_integer(&row, ":limit", (int64_t)limit);
+    if (!list)
+        row.status = store_fault(db, SQLITE_NOMEM, row.sql);
+    while (used < limit && stmt_step(&row)) {
+        read_record(&row, &list[used]);
+        used += !row.status;
+    }
+    stmt_fini(&row);
+    store_read_end(store, db);
+    if (row.status) {
+        sweep_records_free(list, used);
+        return row.status;
+    }
+    *records = list;
+    *count = used;
+    return STORE_OK;
+}
+
+enum store_status store_sweeps_costs(sqlite3 *db, int64_t job, struct job_new *costs)
+{
+    struct stmt row = stmt_init(db, "SELECT core_seconds, bytes FROM jobs WHERE seq = :seq");
+
+    stmt_bind_integer(&row, ":seq", job);
+    if (stmt_step(&row)) {
+        costs->core_seconds = stmt_number(&row, 0);
+        costs->bytes = stmt_number(&row, 1);
+    }
+    return stmt_fini(&row);
+}
+
+enum store_status store_sweeps_audit(sqlite3 *db, const struct identity *by, const char *action,
+                                     const struct sweep_record *sweep, int64_t points)
+{
+    char detail[40];
+
+    snprintf(detail, sizeof detail, "%lld points", (long long)points);
+    return by ? store_audit_add(db, &(struct audit_new){by, action, sweep->id, detail}) : STORE_OK;
+}
+
+/* --------------------------------------------------------------------- points */
+
+void sweep_points_free(struct sweep_point *points, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        free(points[i].place);
+        free(points[i].table);
+    }
+    free(points);
+}
+
+static void read_point(struct stmt *row, struct sweep_point *point)
+{
+    char *id = stmt_text(row, 2), *state = stmt_text(row, 3);
+
+    *point = (struct sweep_point){.point = stmt_integer(row, 0), .job_seq = stmt_integer(row, 1)};
+    point->place = stmt_text(row, 4);
+    point->table = stmt_blob(row, 5, &point->table_size);
+    if (!row->status && id && state && point->place && job_state_parse(state, &point->state))
+        snprintf(point->job, sizeof point->job, "%s", id);
+    else if (!row->status)
+        row->status = store_fault(row->db, SQLITE_CORRUPT, row->sql);
+    free(id);
+    free(state);
+    if (row->status) {
+        free(point->place);
+        free(point->table);
+    }
+}
+
+enum store_status store_sweeps_points(struct store *store, int64_t sweep, int64_t first,
+                                      const char *observable, size_t limit,
+                                      struct sweep_point **points, size_t *count)
+{
+    struct sweep_point *list = calloc(limit + 1, sizeof *list);
+    size_t used = 0;
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row = stmt_init(
+        db, "SELECT p.point, j.seq, j.id, j.state, p.place, r.bytes"
+            " FROM sweep_points AS p JOIN jobs AS j ON j.seq = p.job"
+            " LEFT JOIN results AS r ON r.job = p.job AND r.observable = :observable"
+            " WHERE p.sweep = :sweep AND p.point >= :first ORDER BY p.point LIMIT :limit");
+
+    stmt_bind_integer(&row, ":sweep", sweep);
+    stmt_bind_integer(&row, ":first", first);
+    stmt_bind_text(&row, ":observable", observable);
+    stmt_bind_integer(&row, ":limit", (int64_t)limit);
+    if (!list)
+        row.status = store_fault(db, SQLITE_NOMEM, row.sql);
+    while (used < limit && stmt_step(&row)) {
+        read_point(&row, &list[used]);
+        used += !row.status;
+    }
+    stmt_fini(&row);
+    store_read_end(store, db);
+    if (row.status) {
+        sweep_points_free(list, used);
+        return row.status;
+    }
+    *points = list;
+    *count = used;
+    return STORE_OK;
+}
+
+/* --------------------------------------------------------------------- cancel */
+
+/* Of the sweep :sweep, those that nobody else wants. */
+#define UNWANTED                                                                                   \
+    " alone = 0 AND seq IN (SELECT job FROM sweep_points WHERE sweep = :sweep)"                    \
+    " AND NOT EXISTS (SELECT 1 FROM sweep_points AS p JOIN sweeps AS s ON s.seq = p.sweep"         \
+    " WHERE p.job = jobs.seq AND p.sweep <> :sweep AND s.cancelled_ms IS NULL)"
+
+static enum store_status mark_cancelled(sqlite3 *db, int64_t seq)
+{
+    struct stmt row = stmt_init(db, "UPDATE sweeps SET cancelled_ms = :now WHERE seq = :seq");
+
+    stmt_bind_integer(&row, ":now", store_now_ms());
+    stmt_bind_integer(&row, ":seq", seq);
+    return stmt_run(&row, NULL);
+}
+
+static enum store_status running_jobs(sqlite3 *db, int64_t sweep, char (**ids)[JOB_ID_SIZE],
+                                      size_t *count)
+{
+    struct stmt row = stmt_init(db, "SELECT id FROM jobs WHERE state = 'running' AND" UNWANTED);
+    char(*list)[JOB_ID_SIZE] = NULL;
+    size_t used = 0;
+
+    stmt_bind_integer(&row, ":sweep", sweep);
+    while (stmt_step(&row)) {
+        char(*longer)[JOB_ID_SIZE] = realloc(list, (used + 1) * sizeof *list);
+        char *id = stmt_text(&row, 0);
+
+        list = longer ? longer : list;
+        if (longer && id)
+            snprintf(list[used++], sizeof *list, "%s", id);
+        else
+            row.status = store_fault(db, SQLITE_NOMEM, row.sql);
+        free(id);
+    }
+    *ids = list;
+    *count = used;
+    return stmt_fini(&row);
+}
+
+/* Those that wait have nothing to be dropped but themselves. */
+static enum store_status cancel_queued(sqlite3 *db, int64_t sweep)
+{
+    struct stmt row = stmt_init(db, "UPDATE jobs SET state = 'cancelled', finished_ms = :now"
+                                    " WHERE state = 'queued' AND" UNWANTED);
+
+    stmt_bind_integer(&row, ":now", store_now_ms());
+    stmt_bind_integer(&row, ":sweep", sweep);
+    return stmt_run(&row, NULL);
+}
+
+static enum store_status settle(sqlite3 *db, int64_t sweep)
+{
+    struct stmt row = stmt_init(db, "SELECT min(job), max(job) FROM sweep_points"
+                                    " WHERE sweep = :sweep");
+    int64_t first = 0, last = -1;
+
+    stmt_bind_integer(&row, ":sweep", sweep);
+    if (stmt_step(&row)) {
+        first = stmt_integer(&row, 0);
+        last = stmt_integer(&row, 1);
+    }
+    return stmt_fini(&row) ? row.status : store_segment_settle(db, first, last);
+}
+
+enum store_status store_sweeps_cancel(struct store *store, const char *id,
+                                      const struct identity *by, char (**running)[JOB_ID_SIZE],
+                                      size_t *count)
+{
+    struct sweep_record found = {0};
+    char(*ids)[JOB_ID_SIZE] = NULL;
+    size_t ran = 0;
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    if (status)
+        return status;
+    status = store_sweeps_find(db, id, 0, &found);
+    if (status == STORE_OK && found.cancelled_ms > 0)
+        status = STORE_CONFLICT;
+    if (status == STORE_OK)
+        status = mark_cancelled(db, found.seq);
+    if (status == STORE_OK)
+        status = running_jobs(db, found.seq, &ids, &ran);
+    for (size_t i = 0; i < ran && status == STORE_OK; i++)
+        status = store_jobs_move(db, ids[i], JOB_CANCELLED, NULL);
+    if (status == STORE_OK)
+        status = cancel_queued(db, found.seq);
+    if (status == STORE_OK)
+        status = settle(db, found.seq);
+    if (status == STORE_OK)
+        status = store_sweeps_audit(db, by, "sweep.cancel", &found, found.points);
+    status = store_end(store, status);
+    sweep_record_fini(&found);
+    if (status) {
+        free(ids);
+        return status;
+    }
+    *running = ids;
+    *count = ran;
+    return STORE_OK;
+}

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * store_sweeps.h - sweeps, their points and what becomes of them; the jobs themselves are those of
+ * store_jobs.h. A point whose job stands already has that one. See store.h for threads, errors and
+ * memory.
+ */
+#ifndef STORE_SWEEPS_H
+#define STORE_SWEEPS_H
+
+#include "store_jobs.h"
+
+/* A row as users see it; axes, zip and base are JSON as sweep_json.h prints it. */
+struct sweep_record {
+    int64_t seq; /* the keyset cursor */
+    char id[JOB_ID_SIZE];
+    struct ticket ticket;
+    int64_t submitted_ms, cancelled_ms; /* 0 = was not */
+    int64_t points, counts[JOB_STATES];
+    char *base, *axes, *zip;
+};
+void sweep_record_fini(struct sweep_record *record);
+
+struct sweep_point_new {
+    struct job_new job; /* ticket, key and force do not count: the sweep's ticket is that of all */
+    const char *place;
+};
+
+struct sweep_new {
+    unsigned char hash[JOB_HASH_SIZE];
+    const char *base, *axes, *zip;
+    const struct ticket *ticket;
+    const char *idempotency_key; /* NULL = none */
+    const struct identity *by;   /* for the audit log, here and below; NULL = no line */
+    const struct sweep_point_new *points;
+    size_t count;
+};
+
+/* The whole sweep on disk in one transaction when it returns STORE_OK. *existed: the same sweep
+ * stands, not cancelled, and the record is that one. Keys as for jobs (store_jobs_insert), with
+ * which they share their names. */
+enum store_status store_sweeps_insert(struct store *store, const struct sweep_new *sweep,
+                                      struct sweep_record *record, bool *existed);
+
+enum store_status store_sweeps_get(struct store *store, const char *id,
+                                   struct sweep_record *record);
+
+/* Newest first, seq < before_seq (0 = from the newest). owner NULL = all. */
+enum store_status store_sweeps_list(struct store *store, const char *owner, int64_t before_seq,
+                                    size_t limit, struct sweep_record **records, size_t *count);
+void sweep_records_free(struct sweep_record *records, size_t count);
+
+/* More points, and the axes as they are now. STORE_CONFLICT when the sweep was cancelled or has
+ * been extended meanwhile: `had` is how many points the caller knew. */
+struct sweep_extension {
+    const char *axes;
+    const struct identity *by;
+    int64_t had;
+    const struct sweep_point_new *points;
+    size_t count;
+};
+enum store_status store_sweeps_extend(struct store *store, const char *id,
+                                      const struct sweep_extension *more,
+                                      struct sweep_record *record);
+
+/* Points whose jobs failed get new ones: *count of them. STORE_CONFLICT = the sweep was cancelled.
+ */
+enum store_status store_sweeps_retry(struct store *store, const char *id, const struct identity *by,
+                                     int64_t *count);
+
+/* Cancels the sweep and those of its jobs that have not ended and that nobody else wants: no other
+ * sweep that was not cancelled, no one who submitted the job by itself. *running: ids of those that
+ * ran, malloc'ed. STORE_CONFLICT when it was cancelled before. */
+enum store_status store_sweeps_cancel(struct store *store, const char *id,
+                                      const struct identity *by, char (**running)[JOB_ID_SIZE],
+                                      size_t *count);
+
+/* A page of points, in order, beginning with `first`, at most `limit`: fewer = there are no more.
+ * With the table of one observable where the job has it (else NULL, 0). */
+struct sweep_point {
+    int64_t point, job_seq;
+    char job[JOB_ID_SIZE];
+    enum job_state state;
+    char *place;
+    void *table;
+    size_t table_size;
+};
+void sweep_points_free(struct sweep_point *points, size_t count);
+enum store_status store_sweeps_points(struct store *store, int64_t sweep, int64_t first,
+                                      const char *observable, size_t limit,
+                                      struct sweep_point **points, size_t *count);
+
+#endif
