@@ -111,6 +111,8 @@ static void read_filter(struct asked *asked, const char *name, const char *value
     *condition = (struct find_condition){.value = value};
     if (strcmp(name, "tag") == 0) {
         condition->relation = FIND_TAGGED;
+    } else if (strcmp(name, "sweep") == 0) {
+        condition->relation = FIND_SWEPT;
     } else if (!read_moment(asked, name, value)) {
         if (strcspn(name, "<>") < length - (relation != '=')) {
             bcd_errors_add(&asked->errors, name, "must be compared with =, !=, >= or <=");

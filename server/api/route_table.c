@@ -42,6 +42,7 @@ static const struct query_row list_query[] = {
     {"owner", QUERY_TEXT, .doc = "whose jobs"},
     {"label", QUERY_TEXT, .doc = "exactly this label"},
     {"tag", QUERY_TEXT, .many = true, .doc = "jobs with this tag, with all of them"},
+    {"sweep", QUERY_TEXT, .many = true, .doc = "jobs of this sweep, of all of them"},
     {"submitted_after", QUERY_TIME, .doc = "at this moment or later"},
     {"submitted_before", QUERY_TIME, .doc = "before this moment"},
     {"started_after", QUERY_TIME, .doc = "likewise"},

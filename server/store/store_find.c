@@ -25,13 +25,16 @@ struct term {
     size_t same;       /* the first term with this path */
     struct news *news; /* in order of jobs */
     size_t news_count;
-    struct stmt members; /* FIND_TAGGED: the jobs of a segment that it names */
+    struct stmt members; /* FIND_TAGGED, FIND_SWEPT: the jobs of a segment that it names */
 };
 
 /* Relations that another table answers. */
 static const char *const members_sql[FIND_RELATIONS] = {
     [FIND_TAGGED] = "SELECT job FROM job_tags"
                     " WHERE tag = :value AND job BETWEEN :first AND :last",
+    [FIND_SWEPT] = "SELECT job FROM sweep_points INDEXED BY sweep_points_job"
+                   " WHERE sweep = (SELECT seq FROM sweeps WHERE id = :value)"
+                   " AND job BETWEEN :first AND :last",
 };
 
 static bool has_members(const struct find_condition *condition)

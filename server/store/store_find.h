@@ -24,12 +24,13 @@ enum find_relation {
     FIND_OTHER,  /* also where there is no such scalar */
     FIND_WITHIN, /* least <= number <= most */
     FIND_TAGGED, /* has the tag `value`; there is no path */
+    FIND_SWEPT,  /* belongs to the sweep with the id `value`; likewise */
     FIND_RELATIONS
 };
 struct find_condition {
     const char *path;
     enum find_relation relation;
-    const char *value;        /* FIND_EQUAL, FIND_OTHER, FIND_TAGGED */
+    const char *value;        /* FIND_EQUAL, FIND_OTHER, FIND_TAGGED, FIND_SWEPT */
     const char *least, *most; /* FIND_WITHIN: numbers (find_is_number), or NULL */
 };
 bool find_is_number(const char *text);

@@ -84,6 +84,21 @@ static void assert_says(const struct fixture *f, const char *part)
         fail_msg("no %s in %s", part, f->reply.body);
 }
 
+/* Jobs of a list. */
+static size_t count_jobs(struct fixture *f, const char *name, const char *value)
+{
+    const struct request_query query = {name, value};
+    const struct request request = {
+        .method = "GET", .path = "/v1/jobs", .body = "", .query = &query, .query_count = 1};
+    size_t count = 0;
+    reply_fini(&f->reply);
+    routes_dispatch(&f->service, &request, &f->reply);
+    assert_int_equal(f->reply.status, 200);
+    for (const char *c = f->reply.body; (c = strstr(c, "{\"id\":\"j")); c++)
+        count++;
+    return count;
+}
+
 static int64_t ask_sql(struct fixture *f, const char *sql)
 {
     sqlite3 *db = store_read_begin(f->service.store);
@@ -155,6 +170,9 @@ static void submitted_and_found_again(void **state)
     assert_says(f, first);
     assert_says(f, "\"next\":null");
     assert_int_equal(ask(f, "GET", "/v1/sweeps/snix", NULL), 404);
+    assert_int_equal(count_jobs(f, "sweep", first), 6);
+    assert_int_equal(count_jobs(f, "sweep", f->id), 2);
+    assert_int_equal(count_jobs(f, "sweep", "snix"), 0);
 }
 
 static void labels_and_tags_of_base_and_sweep(void **state)
