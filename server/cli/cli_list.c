@@ -136,7 +136,7 @@ static int print_pages(struct listing *listing)
         const char *next = answer_json_text(page, "next");
         free(cursor);
         cursor = next ? strdup(next) : NULL;
-        more = cursor != NULL;
+        more = cursor && answer_json_count(answer_json_at(page, listing->what)) > 0;
         answer_json_free(page);
         free(whole);
     }
