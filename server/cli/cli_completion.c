@@ -43,6 +43,13 @@ static bool takes_file(const char *value)
     return strstr(value, "FILE") || strstr(value, "DIR") || strstr(value, ".json");
 }
 
+/* "bash|zsh" */
+static bool takes_words(const char *operands)
+{
+    return strchr(operands, '|') &&
+           operands[strspn(operands, "abcdefghijklmnopqrstuvwxyz|")] == '\0';
+}
+
 /* ---------------------------------------------------------------------- bash */
 
 static void add_bash_command(struct text *text, const struct cli_command *command)
@@ -54,7 +61,7 @@ static void add_bash_command(struct text *text, const struct cli_command *comman
     text_add(text, "\"\n");
     if (takes_ids(command))
         text_add(text, "        words='$(bcd list --ids --limit 100 --timeout 2 2>/dev/null)'\n");
-    else if (strchr(command->operands, '|') && !takes_file(command->operands))
+    else if (takes_words(command->operands))
         text_add(text, "        words='%s'\n", command->operands);
     text_add(text, "        case $before in\n");
     for (size_t i = 0; (row = cli_option_at(command, i)); i++) {
@@ -170,7 +177,7 @@ static void add_zsh_command(struct text *text, const struct cli_command *command
                        "--timeout 2 2>/dev/null)\"}}'");
     else if (command->operands[0] && takes_file(command->operands))
         text_add(text, " \\\n            '*:file:_files'");
-    else if (strchr(command->operands, '|')) {
+    else if (takes_words(command->operands)) {
         text_add(text, " \\\n            '*:word:(");
         for (const char *c = command->operands; *c; c++)
             text_add_bytes(text, *c == '|' ? " " : c, 1);
