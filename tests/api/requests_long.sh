@@ -7,7 +7,7 @@ BCD_SEED=${BCD_SEED:-$(date +%Y%m%d)}
 export BCD_RUNS BCD_SEED
 echo "# BCD_SEED=$BCD_SEED"
 daemon_start "$T/data" --workers 1
-BCD_URL=$URL node tests/node/requests.mjs
+BCD_URL=$URL node tests/node/job_schema.mjs # before there are tokens
 status=$?
-BCD_URL=$URL node tests/node/job_schema.mjs || status=$?
+BCD_URL=$URL node tests/node/requests.mjs || status=$?
 exit $status

@@ -54,7 +54,7 @@ function queryValue(parameter) {
   if (schema.type === 'string' && !schema.enum && !schema.pattern)
     return fc.oneof(junk, fc.nat(1000).map((n) => pool.cursors[n % (pool.cursors.length || 1)] ?? '0'))
       .map((value) => [value, false]);
-  return fc.oneof(fromSchema(schema, root).map((v) => [String(v), true]), junk.map((v) => [v, false]));
+  return fc.oneof({ weight: 3, arbitrary: fromSchema(schema, root).map((v) => [String(v), true]) }, junk.map((v) => [v, false]));
 }
 
 const fields = Object.keys(document.components.schemas.Job.properties)
@@ -62,17 +62,18 @@ const fields = Object.keys(document.components.schemas.Job.properties)
            'results.energy.energy', 'diameter>', 'diameter<', 'tag', 'nothing']);
 
 function query(operation) {
-  const parts = operation.parameters.filter((p) => p.in === 'query' && p.name !== 'filters')
-    .map((p) => fc.option(queryValue(p).map(([value, good]) => ({ name: p.name, value, good })),
-                          { nil: null, freq: 2 }));
+  const rows = operation.parameters.filter((p) => p.in === 'query' && p.name !== 'filters');
+  const known = fc.subarray(rows, { maxLength: Math.min(3, rows.length) })
+    .chain((some) => fc.tuple(...some.map((p) =>
+      queryValue(p).map(([value, good]) => ({ name: p.name, value, good })))));
   const filters = operation.parameters.some((p) => p.name === 'filters');
   const more = fc.array(fc.record({
     name: filters ? fc.oneof(fc.constantFrom(...fields), junk) : junk,
     value: fc.oneof(fc.constantFrom('0.5', '1', 'cosine', 'bcd', '0.1..1', '..1', '1..'), junk),
     good: fc.constant(false) }), { maxLength: 2 });
-  return fc.tuple(fc.tuple(...parts), fc.oneof({ weight: 3, arbitrary: fc.constant([]) },
+  return fc.tuple(known, fc.oneof({ weight: 3, arbitrary: fc.constant([]) },
                                                { weight: filters ? 3 : 1, arbitrary: more }))
-    .map(([known, others]) => [...known.filter((p) => p), ...others]);
+    .map(([some, others]) => [...some, ...others]);
 }
 
 function tame(body) {
