@@ -34,7 +34,7 @@ const owned = {}; // headers of somebody who may do all
 function learn({ json, headers }) {
   if (headers.etag && pool.etags.length < 1000)
     pool.etags.push(headers.etag);
-  for (const item of [json, ...(json?.jobs ?? []), ...(json?.sweeps ?? []), ...(json?.tokens ?? [])])
+  for (const item of [json, json?.jobs, json?.sweeps, json?.tokens].flat())
     if (typeof item?.id === 'string' && item.id !== pool.own && pool.ids.length < 200)
       pool.ids.push(item.id);
   if (typeof json?.next === 'string')
@@ -83,6 +83,10 @@ function tame(body) {
     if (typeof job?.realizations === 'number')
       job.realizations = Math.min(job.realizations, 10);
   }
+  for (const axis of Object.values(body?.axes ?? {}))
+    for (const key of ['points', 'count'])
+      if (typeof axis?.[key] === 'number')
+        axis[key] = Math.min(axis[key], 5);
   return body;
 }
 
@@ -117,7 +121,9 @@ const odd = fc.record({
 }, { requiredKeys: [] });
 
 function request(operation) {
-  const id = fc.oneof({ weight: 3, arbitrary: fc.constantFrom(pool.done, pool.done, pool.long, pool.cancelled) },
+  const usual = operation.path.startsWith('/v1/sweeps/') ? [pool.sweep, pool.sweep, pool.open]
+                                                         : [pool.done, pool.done, pool.long, pool.cancelled];
+  const id = fc.oneof({ weight: 3, arbitrary: fc.constantFrom(...usual) },
                       { weight: 2, arbitrary: fc.nat(10000).map((n) => pool.ids[n % (pool.ids.length || 1)] ?? 'j0') },
                       fc.stringMatching(/^[a-z0-9-]{1,70}$/));
   const name = fc.oneof({ weight: 4, arbitrary: fc.constantFrom(...names) },
@@ -215,11 +221,17 @@ if (find('createToken'))
   });
 
 // Something to ask about: a job of each state that can be had.
-await test('jobs that are done, run, are cancelled', async () => {
+await test('jobs and sweeps that are done, run, are cancelled', async () => {
   const all = Object.fromEntries(names.map((name) => [name, name === 'trajectory' ? { every: 0.1 } : {}]));
   const done = await call('submitJob', '', { ...tiny(1), observables: all, stability: 'ignored' });
   expect(await ended(done.json.id) === 'done');
   pool.done = done.json.id;
+  const axes = { '/diameter': [0.25, 0.5], '/seed': { first: 1, count: 2 } };
+  pool.sweep = (await call('submitSweep', '', { base: tiny(1), axes })).json.id;
+  for (let i = 0; (await call('getSweep', pool.sweep)).json.states.done < 4; i++) {
+    expect(i < 500, 'the sweep does not end');
+    await sleep(10);
+  }
   const long = { ...tiny(2), time: 1e6, label: 'a long one', tags: ['long', 'x'] };
   pool.long = (await call('submitJob', '', long)).json.id;
   const cancelled = await call('submitJob', '', { ...long, seed: 3, priority: -1 });
@@ -229,6 +241,7 @@ await test('jobs that are done, run, are cancelled', async () => {
     expect(i < 500, 'it does not start');
     await sleep(10);
   }
+  pool.open = (await call('submitSweep', '', { base: { ...tiny(5), time: 1e6 }, axes })).json.id;
 });
 
 await test('every example of the document is taken', async () => {
