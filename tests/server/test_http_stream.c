@@ -23,7 +23,7 @@ enum { WAIT_MS = 5000, STALL_MS = 300 };
 /* What the handler streams: rows "0\n", "1\n", ... */
 struct fixture {
     struct http *http;
-    long rows, fails_at; /* fails_at < 0: never */
+    atomic_long rows, fails_at; /* fails_at < 0: never */
     atomic_int freed;
     atomic_long made;
 };
