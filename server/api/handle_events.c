@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RETRY_MS = 2000, COUNTS_GAP_MS = 1000, MOVES_AT_ONCE = 64 };
+enum { RETRY_MS = 2000, MOVES_AT_ONCE = 64 };
 static const double progress_step = 0.001; /* less is not worth an event */
 
 /* Somebody who listens to one job. */
@@ -30,10 +30,11 @@ struct job_listener {
     bool begun;
 };
 
-/* Somebody who listens to all, or to those of an owner. */
+/* Somebody who listens to all, or to those of an owner or a sweep. */
 struct listener {
     const struct service *service;
     char owner[OWNER_SIZE]; /* "" = of all */
+    int64_t sweep;          /* seq; 0 = of any and none */
     uint64_t since;
     bool begun, behind; /* behind: there was more than went into a batch */
     struct feed_progress told[LIMIT_FEED_RUNNING];
@@ -46,6 +47,7 @@ static void add_job(struct text *text, const char *event, const struct job_move 
                     double progress);
 static bool all_fresh(void *state);
 static bool all_next(void *state, struct text *text);
+static bool concerns(const struct listener *listener, const struct job_move *job);
 static void add_moves(struct listener *listener, struct text *text);
 static void add_progress(struct listener *listener, struct text *text);
 static void add_counts(const struct listener *listener, struct text *text);
@@ -134,12 +136,21 @@ void handle_events_all(const struct service *service, const struct call *call, s
         reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
         return;
     }
+    const char *sweep = call_query(call, "sweep");
+    int64_t sweep_seq = 0;
+    enum store_status status =
+        sweep ? store_watch_sweep(service->store, sweep, &sweep_seq) : STORE_OK;
+    if (status != STORE_OK) {
+        reply_store(reply, status, "such sweep");
+        return;
+    }
     struct listener *listener = calloc(1, sizeof(*listener));
     if (!listener) {
         reply_bcd(reply, BCD_NO_MEMORY, NULL);
         return;
     }
     listener->service = service;
+    listener->sweep = sweep_seq;
     listener->since = resume_after(service, call->request->last_event_id);
     if (owner)
         snprintf(listener->owner, sizeof(listener->owner), "%s", owner);
@@ -192,6 +203,12 @@ static bool all_next(void *state, struct text *text)
     return true;
 }
 
+static bool concerns(const struct listener *listener, const struct job_move *job)
+{
+    return (!listener->owner[0] || strcmp(listener->owner, job->owner) == 0) &&
+           (listener->sweep == 0 || job_move_in_sweep(job, listener->sweep));
+}
+
 /* Of several changes of a job in one batch only the last is told. */
 static void add_moves(struct listener *listener, struct text *text)
 {
@@ -207,7 +224,7 @@ static void add_moves(struct listener *listener, struct text *text)
         size_t later = i + 1;
         while (later < count && moves[later].seq != moves[i].seq)
             later++;
-        if (later < count || (listener->owner[0] && strcmp(listener->owner, moves[i].owner) != 0))
+        if (later < count || !concerns(listener, &moves[i]))
             continue;
         double progress =
             moves[i].state == JOB_DONE ? 1 : queue_progress(listener->service->queue, moves[i].id);
@@ -227,7 +244,7 @@ static void add_progress(struct listener *listener, struct text *text)
         if (old < listener->told_count &&
             fabs(jobs[i].progress - listener->told[old].progress) < progress_step)
             jobs[i].progress = listener->told[old].progress;
-        else if (!listener->owner[0] || strcmp(listener->owner, jobs[i].job.owner) == 0)
+        else if (concerns(listener, &jobs[i].job))
             add_job(text, "job", &jobs[i].job, jobs[i].progress);
     }
     memcpy(listener->told, jobs, count * sizeof(jobs[0]));
@@ -238,7 +255,10 @@ static void add_counts(const struct listener *listener, struct text *text)
 {
     int64_t counts[JOB_STATES];
     const struct service *service = listener->service;
-    if (store_jobs_counts(service->store, counts) != STORE_OK)
+    enum store_status status = listener->sweep
+                                   ? store_watch_counts(service->store, listener->sweep, counts)
+                                   : store_jobs_counts(service->store, counts);
+    if (status != STORE_OK)
         return;
     text_add(text, "id: %" PRIx64 "-%" PRIu64 "\nevent: counts\ndata: {", feed_start(service->feed),
              listener->since);

@@ -63,7 +63,8 @@ static const struct query_row get_query[] = {
 };
 
 static const struct query_row events_query[] = {
-    {"owner", QUERY_TEXT, .doc = "of this owner's jobs only"},
+    {"owner", QUERY_TEXT, .doc = "of this owner's jobs only, and no counts"},
+    {"sweep", QUERY_TEXT, .doc = "of this sweep's jobs only; counts are of its points"},
     {0},
 };
 
@@ -124,10 +125,10 @@ static const struct route routes[] = {
      "Server-Sent Events. data is {\"id\",\"state\",\"progress\"}; the stream ends after done.",
      .answers = {{200, SSE}}},
     {"GET", "/v1/events", ROLE_READER, handle_events_all, "streamEvents",
-     "what happens to all jobs: job, counts; ?owner=",
+     "what happens to all jobs: job, counts; ?owner= ?sweep=",
      "Server-Sent Events. job: {\"id\",\"state\",\"owner\",\"progress\"}; counts: jobs by "
      "state; lost: more changed than is told one by one. Last-Event-ID goes on where one was.",
-     .query = events_query, .answers = {{200, SSE}}},
+     .query = events_query, .answers = {{200, SSE}}, .problems = P(NOT_FOUND)},
     {"POST", "/v1/sweeps", ROLE_SUBMITTER, handle_sweeps_submit, "submitSweep",
      "submit a sweep: a base job and axes that vary it",
      "An axis is a JSON pointer into the job and its values: a list, {\"from\",\"to\",\"points\","

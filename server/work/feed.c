@@ -34,7 +34,6 @@ static void take(void *context, const struct job_move *moves, size_t count, bool
 static void end(struct feed *feed, int64_t seq);
 static bool has_ended(const struct feed *feed, int64_t seq);
 static void sample(struct feed *feed);
-static bool look_up(struct feed *feed, const char *id, struct job_move *job);
 static int64_t now_ms(clockid_t clock);
 
 enum store_status feed_create(struct feed **feed, struct store *store, struct queue *queue)
@@ -193,7 +192,7 @@ static void sample(struct feed *feed)
             old++;
         if (old < known)
             job->job = before[old].job;
-        else if (!look_up(feed, running[i].id, &job->job))
+        else if (store_watch_job(feed->store, running[i].id, &job->job) != STORE_OK)
             continue;
         if (has_ended(feed, job->job.seq))
             continue;
@@ -201,20 +200,6 @@ static void sample(struct feed *feed)
         feed->running_count++;
     }
     feed->sampled_ms = now_ms(CLOCK_MONOTONIC);
-}
-
-static bool look_up(struct feed *feed, const char *id, struct job_move *job)
-{
-    struct job_record record = {0};
-    bool found = store_jobs_get(feed->store, id, &record) == STORE_OK;
-
-    if (found) {
-        *job = (struct job_move){.seq = record.seq, .state = JOB_RUNNING};
-        memcpy(job->id, record.id, sizeof job->id);
-        memcpy(job->owner, record.ticket.owner, sizeof job->owner);
-    }
-    job_record_fini(&record);
-    return found;
 }
 
 static int64_t now_ms(clockid_t clock)

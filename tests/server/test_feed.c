@@ -191,6 +191,48 @@ static void ring_is_overrun(void **state)
         assert_int_equal(moves[i].seq, moves[0].seq + (int64_t)i);
 }
 
+/* A job's moves name the sweeps that it belongs to by then. */
+static void moves_of_sweeps(void **state)
+{
+    struct fixture *f = *state;
+    struct job_move moves[8], now;
+    int64_t counts[JOB_STATES], seq = 0;
+    char id[JOB_ID_SIZE], other[JOB_ID_SIZE], sql[600];
+    sqlite3 *db;
+    bool lost;
+    uint64_t since = feed_now(f->feed);
+    int64_t job = insert(f, id);
+    insert(f, other);
+    assert_int_equal(STORE_BEGIN(f->store, &db), STORE_OK);
+    snprintf(sql, sizeof(sql),
+             "INSERT INTO sweeps (seq, id, hash, owner, priority, submitted_ms, base, axes, zip)"
+             " VALUES (3, 'sa', zeroblob(32), 'local', 0, 1, '{}', '{}', '[]'),"
+             " (17, 'sb', randomblob(32), 'local', 0, 1, '{}', '{}', '[]');"
+             "INSERT INTO sweep_points (sweep, point, job, place)"
+             " VALUES (3, 0, %lld, '[0]'), (3, 1, %lld, '[1]'), (17, 0, %lld, '[0]');"
+             "UPDATE sweep_counts SET points = 5 WHERE state = 'queued'",
+             (long long)job, (long long)job, (long long)job);
+    assert_int_equal(store_exec(db, sql), STORE_OK);
+    assert_int_equal(store_end(f->store, STORE_OK), STORE_OK);
+    assert_int_equal(store_jobs_start(f->store, id), STORE_OK);
+    assert_int_equal(store_jobs_start(f->store, other), STORE_OK);
+    assert_int_equal(feed_read(f->feed, &since, moves, 8, &lost), 4);
+    assert_false(job_move_in_sweep(&moves[0], 3)); /* not yet */
+    assert_true(job_move_in_sweep(&moves[2], 3));
+    assert_true(job_move_in_sweep(&moves[2], 17));
+    assert_false(job_move_in_sweep(&moves[2], 4));
+    assert_false(job_move_in_sweep(&moves[3], 3));
+    assert_int_equal(store_watch_job(f->store, id, &now), STORE_OK);
+    assert_memory_equal(&now, &moves[2], sizeof(now));
+    assert_int_equal(store_watch_job(f->store, "jnone", &now), STORE_NOT_FOUND);
+    assert_int_equal(store_watch_sweep(f->store, "sb", &seq), STORE_OK);
+    assert_int_equal(seq, 17);
+    assert_int_equal(store_watch_sweep(f->store, "sc", &seq), STORE_NOT_FOUND);
+    assert_int_equal(store_watch_counts(f->store, 17, counts), STORE_OK);
+    assert_int_equal(counts[JOB_QUEUED], 4);
+    assert_int_equal(counts[JOB_RUNNING], 1);
+}
+
 #define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
 
 int main(void)
@@ -198,7 +240,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(a_life_is_told),       TEST(only_what_is_on_disk_is_told),
         TEST(one_job_among_others), TEST(many_at_once),
-        TEST(ring_is_overrun),
+        TEST(ring_is_overrun),      TEST(moves_of_sweeps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
