@@ -112,6 +112,20 @@ check "no such owner can be: 400" status_is 400
 ask GET '/v1/events?nonsense=1'
 check "no such parameter: 400" status_is 400
 
+# ---------------------------------------------------------------- a sweep
+ask POST /v1/sweeps -d "{\"base\":$SHORT,\"axes\":{\"/seed\":{\"first\":5,\"count\":3}}}"
+SWEEP=$(jq -r .id "$T/body")
+listen "$T/sweep" "/v1/events?sweep=$SWEEP"
+OF_SWEEP=$LISTENER
+listen "$T/local" '/v1/events?owner=local'
+OF_LOCAL=$LISTENER
+until_seen "$T/sweep" '"done":3,'
+data "$T/sweep" counts >"$T/counts"
+check "counts of a sweep's points" jq -es \
+    'last == {queued: 0, running: 0, done: 3, failed: 0, cancelled: 0}' "$T/counts"
+ask GET '/v1/events?sweep=snone'
+check "no such sweep: 404" status_is 404
+
 # ---------------------------------------------------------------- ?wait=
 post_text "$(echo "$SOME" | sed 's/250/251/')"
 WAITED_ID=$ID
@@ -126,7 +140,11 @@ for bad in -1 61 x nan ''; do
     ask GET "/v1/jobs/$WAITED_ID?wait=$bad"
     check "wait=$bad: 400" status_is 400
 done
+sleep 0.6
 check "another owner's listener heard nothing of all that" [ -z "$(data "$T/nobody" job)" ]
+check "nor did the sweep's" [ -z "$(data "$T/sweep" job | grep "$WAITED_ID")" ]
+check "the owner's did" [ -n "$(data "$T/local" job | grep "$WAITED_ID")" ]
+check "without counts, which are of all" [ -z "$(data "$T/local" counts)" ]
 
 # ---------------------------------------------------------------- ETag
 tag_of() {
@@ -167,5 +185,5 @@ wait "$HELD"
 check "and who waits is answered" [ "$(jq -r .id "$T/held")" = "$ID" ]
 check "nobody waits for the other" [ "$took" -lt 3000 ]
 check "the server was content" [ "$EXIT" -eq 0 ]
-wait "$ALL" "$RESUMED" "$LOST" "$NOBODY"
+wait "$OF_SWEEP" "$OF_LOCAL" "$ALL" "$RESUMED" "$LOST" "$NOBODY"
 finish
