@@ -26,3 +26,13 @@ END;
 ALTER TABLE jobs ADD COLUMN outcome TEXT;            -- JSON: realizations run and taken over, target
 ALTER TABLE jobs ADD COLUMN forced INTEGER NOT NULL DEFAULT 0
     CHECK (forced IN (0, 1));                        -- run anew by force: takes nothing over
+
+-- One that was run anew and came to nothing leaves the place to the newest it had pushed out.
+CREATE INDEX jobs_superseded ON jobs (hash) WHERE superseded = 1;
+CREATE TRIGGER jobs_stand_again AFTER UPDATE OF state ON jobs
+WHEN new.forced = 1 AND new.superseded = 0 AND new.state IN ('failed', 'cancelled')
+BEGIN
+    UPDATE jobs SET superseded = 0
+    WHERE seq = (SELECT max(seq) FROM jobs WHERE hash = new.hash AND superseded = 1
+                 AND state IN ('queued', 'running', 'done'));
+END;

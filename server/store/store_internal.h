@@ -9,6 +9,7 @@
 
 #include "store_audit.h"
 #include "store_jobs.h"
+#include "store_results.h"
 #include "store_owners.h"
 #include "store_watch.h"
 
@@ -151,6 +152,9 @@ enum store_status store_jobs_find(sqlite3 *db, const char *id, struct job_record
 struct stmt store_insert_stmt(sqlite3 *db);
 void store_insert_bind(struct stmt *row, const struct job_new *job, const struct ticket *ticket,
                        const char *id);
+
+/* What a job that is finished leaves behind; inside a transaction. */
+enum store_status store_samples_add(sqlite3 *db, const char *id, const struct samples_kept *kept);
 
 /* store_jobs_insert inside a transaction. */
 enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct job_record *record,

@@ -217,9 +217,10 @@ static enum store_status set_bytes(sqlite3 *db, const char *id, int64_t bytes)
 }
 
 /* The state moves first: whoever comes too late (cancelled meanwhile) writes nothing. */
-enum store_status store_results_finish(struct store *store, const char *id,
-                                       const struct result_new *results, size_t count)
+enum store_status store_results_finish_with(struct store *store, const char *id,
+                                            const struct finish_new *finish)
 {
+    const struct samples_kept *kept = finish->kept;
     int64_t bytes = 0, seq = 0;
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
@@ -229,15 +230,29 @@ enum store_status store_results_finish(struct store *store, const char *id,
     status = store_jobs_move(db, id, JOB_DONE, NULL);
     if (status == STORE_OK)
         status = store_jobs_seq(db, id, &seq);
-    for (size_t i = 0; status == STORE_OK && i < count; i++) {
-        status = insert_result(db, id, &results[i], (int64_t)i);
+    for (size_t i = 0; status == STORE_OK && i < finish->count; i++) {
+        const struct result_new *result = &finish->results[i];
+
+        status = insert_result(db, id, result, (int64_t)i);
         if (status == STORE_OK)
-            status = store_segment_result(db, seq, results[i].table, results[i].size);
-        bytes += (int64_t)results[i].size;
+            status = store_segment_result(db, seq, result->table, result->size);
+        bytes += (int64_t)result->size;
     }
+    if (status == STORE_OK && kept)
+        status = store_samples_add(db, id, kept);
+    for (size_t i = 0; kept && i < kept->count; i++)
+        bytes += (int64_t)(kept->samples[i].whole.size + kept->samples[i].rest.size);
     if (status == STORE_OK)
         status = set_bytes(db, id, bytes);
     return store_end(store, status);
+}
+
+enum store_status store_results_finish(struct store *store, const char *id,
+                                       const struct result_new *results, size_t count)
+{
+    const struct finish_new finish = {.results = results, .count = count};
+
+    return store_results_finish_with(store, id, &finish);
 }
 
 enum store_status store_results_get(struct store *store, const char *id, const char *observable,

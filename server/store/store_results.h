@@ -42,6 +42,26 @@ struct result_new {
 enum store_status store_results_finish(struct store *store, const char *id,
                                        const struct result_new *results, size_t count);
 
+/* The same, with what the job leaves behind beside its tables: its outcome (JSON), and samples
+ * (store_samples.h), which replace those that there are. Blobs are borrowed. */
+struct sample_new {
+    int64_t realizations, chunks;
+    struct blob whole, rest;
+};
+struct samples_kept {
+    const unsigned char *family;
+    const char *outcome;
+    const struct sample_new *samples;
+    size_t count;
+};
+struct finish_new {
+    const struct result_new *results;
+    size_t count;
+    const struct samples_kept *kept; /* NULL = nothing */
+};
+enum store_status store_results_finish_with(struct store *store, const char *id,
+                                            const struct finish_new *finish);
+
 /* One finished table; STORE_NOT_FOUND when the job has no such observable or no results yet. */
 enum store_status store_results_get(struct store *store, const char *id, const char *observable,
                                     struct blob *table);

@@ -81,6 +81,17 @@ enum store_status store_samples_base(struct store *store, const char *id,
     return status;
 }
 
+static bool sample_there(sqlite3 *db, int64_t seq)
+{
+    struct stmt row = stmt_init(db, "SELECT 1 FROM samples WHERE seq = :sample");
+    bool there;
+
+    stmt_bind_integer(&row, ":sample", seq);
+    there = stmt_step(&row);
+    stmt_fini(&row);
+    return there;
+}
+
 enum store_status store_samples_adopt(struct store *store, const char *id, int64_t seq)
 {
     int changes = 0;
@@ -98,7 +109,7 @@ enum store_status store_samples_adopt(struct store *store, const char *id, int64
     stmt_bind_integer(&row, ":sample", seq);
     status = stmt_run(&row, &changes);
     if (status == STORE_OK && changes == 0)
-        status = store_jobs_why(db, id);
+        status = sample_there(db, seq) ? store_jobs_why(db, id) : STORE_NOT_FOUND;
     return store_end(store, status);
 }
 
@@ -126,15 +137,16 @@ enum store_status store_samples_drop(struct store *store, int64_t seq)
 static enum store_status set_outcome(sqlite3 *db, const char *id, const char *outcome)
 {
     struct stmt row = stmt_init(db, "UPDATE jobs SET outcome = :outcome"
-                                    " WHERE id = :id AND state = 'running'"
-                                    " AND json_valid(:outcome)");
+                                    " WHERE id = :id AND json_valid(:outcome)");
     int changes = 0;
     enum store_status status;
 
     stmt_bind_text(&row, ":id", id);
     stmt_bind_text(&row, ":outcome", outcome);
     status = stmt_run(&row, &changes);
-    return status == STORE_OK && changes == 0 ? store_jobs_why(db, id) : status;
+    if (status == STORE_OK && changes == 0)
+        status = store_fault(db, SQLITE_MISMATCH, "an outcome that is no JSON");
+    return status;
 }
 
 static enum store_status insert_sample(sqlite3 *db, const char *id, const unsigned char *family,
@@ -158,16 +170,11 @@ static enum store_status insert_sample(sqlite3 *db, const char *id, const unsign
     return stmt_run(&row, NULL);
 }
 
-enum store_status store_samples_keep(struct store *store, const char *id,
-                                     const struct samples_kept *kept)
+enum store_status store_samples_add(sqlite3 *db, const char *id, const struct samples_kept *kept)
 {
-    sqlite3 *db;
-    enum store_status status = STORE_BEGIN(store, &db);
+    enum store_status status = set_outcome(db, id, kept->outcome);
 
-    if (status)
-        return status;
-    status = set_outcome(db, id, kept->outcome);
     for (size_t i = 0; status == STORE_OK && i < kept->count; i++)
         status = insert_sample(db, id, kept->family, &kept->samples[i]);
-    return store_end(store, status);
+    return status;
 }

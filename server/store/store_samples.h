@@ -30,7 +30,8 @@ struct sample_query {
 enum store_status store_samples_find(struct store *store, const struct sample_query *query,
                                      struct family_sample *sample);
 
-/* The job stands on this sample from now on; on no other. STORE_CONFLICT when it has ended. */
+/* The job stands on this sample from now on; on no other. STORE_CONFLICT when it has ended,
+ * STORE_NOT_FOUND when there is no such sample (any more). */
 enum store_status store_samples_adopt(struct store *store, const char *id, int64_t seq);
 
 /* What a job stands on; STORE_NOT_FOUND = nothing. */
@@ -39,20 +40,5 @@ enum store_status store_samples_base(struct store *store, const char *id,
 
 /* A sample that turned out damaged: nobody stands on it any more. */
 enum store_status store_samples_drop(struct store *store, int64_t seq);
-
-/* What a running job leaves behind before it is finished: its outcome (JSON), and samples, which
- * replace those that there are. STORE_CONFLICT when it does not run. */
-struct sample_new {
-    int64_t realizations, chunks;
-    struct blob whole, rest; /* borrowed */
-};
-struct samples_kept {
-    const unsigned char *family;
-    const char *outcome;
-    const struct sample_new *samples;
-    size_t count;
-};
-enum store_status store_samples_keep(struct store *store, const char *id,
-                                     const struct samples_kept *kept);
 
 #endif

@@ -47,6 +47,10 @@ static enum store_status take_over(struct store *store, const struct sample_quer
                       LOG_FIELDS(log_text("job", query->id), log_text("from", found.job),
                                  log_integer("realizations", found.realizations)));
             status = store_samples_adopt(store, query->id, found.seq);
+            if (status == STORE_NOT_FOUND) { /* dropped meanwhile */
+                family_sample_fini(&found);
+                continue;
+            }
             family_sample_fini(base);
             *base = found;
             return status;

@@ -308,21 +308,17 @@ static bool put_results(struct work *work, const struct gathered *gathered,
                                         gathered->reused > 0 ? gathered->base.job : NULL};
     char *text = outcome_json_print(&outcome);
     struct samples_kept kept = {.family = family, .outcome = text, .samples = gathered->kept};
+    const struct finish_new finish = {
+        .results = results->items, .count = results->count, .kept = &kept};
     enum store_status status = STORE_BROKEN;
     int tries = 0;
 
     kept.count = queue_family(work->task->scene, family) ? gathered->count : 0;
     do
         if (text)
-            status = store_samples_keep(store, id, &kept);
+            status = store_results_finish_with(store, id, &finish);
     while (work_try_again(work, status, ++tries));
     free(text);
-    for (tries = 0; status == STORE_OK;) {
-        status = store_results_finish(store, id, results->items, results->count);
-        if (!work_try_again(work, status, ++tries))
-            break;
-        status = STORE_OK;
-    }
     if (status == STORE_OK)
         log_write(LOG_LEVEL_INFO, "job_done",
                   LOG_FIELDS(log_text("job", id),

@@ -19,16 +19,22 @@
 
 /* ------------------------------------------------------------------------ store */
 
-static void keep(struct store *store, const char *id, int64_t realizations, const char *whole)
+/* A job of its own that leaves this behind. */
+static void keep(struct store *store, int64_t realizations, const char *whole,
+                 char from[JOB_ID_SIZE])
 {
     unsigned char family[JOB_HASH_SIZE] = {7};
     char copy[16];
     struct sample_new sample = {.realizations = realizations, .chunks = 1, .whole.bytes = copy};
     const struct samples_kept kept = {
         .family = family, .outcome = "{\"a\":1}", .samples = &sample, .count = 1};
+    const struct finish_new finish = {.kept = &kept};
 
+    bench_insert(store, 100 + (int)bench_number(store, "SELECT count(*) FROM jobs"), "{}", from);
+    assert_int_equal(store_results_finish_with(store, from, &finish), STORE_CONFLICT);
+    assert_int_equal(store_jobs_start(store, from), STORE_OK);
     sample.whole.size = (size_t)snprintf(copy, sizeof copy, "%s", whole);
-    assert_int_equal(store_samples_keep(store, id, &kept), STORE_OK);
+    assert_int_equal(store_results_finish_with(store, from, &finish), STORE_OK);
 }
 
 static void the_largest_that_fits_is_found(void **state)
@@ -39,11 +45,9 @@ static void the_largest_that_fits_is_found(void **state)
     struct sample_query query = {.id = id, .family = family, .most = 99};
     struct family_sample sample;
 
-    bench_insert(store, 1, "{}", from);
-    assert_int_equal(store_jobs_start(store, from), STORE_OK);
-    keep(store, from, 8, "eight");
-    keep(store, from, 27, "damaged");
-    keep(store, from, 27, "27");
+    keep(store, 8, "eight", from);
+    keep(store, 27, "damaged", from);
+    keep(store, 27, "27", id);
     bench_insert(store, 2, "{}", id);
     assert_int_equal(store_samples_find(store, &query, &sample), STORE_OK);
     assert_int_equal(sample.realizations, 27);
@@ -70,9 +74,7 @@ static void a_base_lasts_as_long_as_the_job_runs(void **state)
     const struct sample_query query = {.id = id, .family = family, .most = 99};
     struct family_sample sample, base;
 
-    bench_insert(store, 1, "{}", from);
-    assert_int_equal(store_jobs_start(store, from), STORE_OK);
-    keep(store, from, 8, "eight");
+    keep(store, 8, "eight", from);
     bench_insert(store, 2, "{}", id);
     bench_insert(store, 3, "{}", third);
     assert_int_equal(store_samples_base(store, id, &base), STORE_NOT_FOUND);
@@ -86,6 +88,7 @@ static void a_base_lasts_as_long_as_the_job_runs(void **state)
     assert_int_equal(store_jobs_cancel(store, id), STORE_OK);
     assert_int_equal(store_samples_base(store, id, &base), STORE_NOT_FOUND);
     assert_int_equal(store_samples_adopt(store, id, sample.seq), STORE_CONFLICT);
+    assert_int_equal(store_samples_adopt(store, third, sample.seq + 9), STORE_NOT_FOUND);
     /* Damaged: gone for everybody. */
     assert_int_equal(store_samples_drop(store, sample.seq), STORE_OK);
     assert_int_equal(store_samples_base(store, third, &base), STORE_NOT_FOUND);
@@ -97,20 +100,27 @@ static void a_job_run_by_force_takes_nothing_over(void **state)
 {
     struct store *store = ((struct bench *)*state)->store;
     unsigned char family[JOB_HASH_SIZE] = {7};
-    char from[JOB_ID_SIZE];
+    char from[JOB_ID_SIZE], first[JOB_ID_SIZE];
     struct job_new job = bench_job(1, "{}");
     struct job_record record = {0};
     struct family_sample sample;
     bool existed = true;
 
-    bench_insert(store, 1, "{}", from);
-    assert_int_equal(store_jobs_start(store, from), STORE_OK);
-    keep(store, from, 8, "eight");
+    bench_insert(store, 1, "{}", first);
+    assert_int_equal(store_jobs_start(store, first), STORE_OK);
+    keep(store, 8, "eight", from);
     job.force = true;
     assert_int_equal(store_jobs_insert(store, &job, &record, &existed), STORE_OK);
     assert_false(existed);
     const struct sample_query query = {.id = record.id, .family = family, .most = 99};
     assert_int_equal(store_samples_find(store, &query, &sample), STORE_NOT_FOUND);
+    /* The newest stands; and the first again when that came to nothing. */
+    assert_int_equal(store_jobs_cancel(store, record.id), STORE_OK);
+    job_record_fini(&record);
+    job.force = false;
+    assert_int_equal(store_jobs_insert(store, &job, &record, &existed), STORE_OK);
+    assert_true(existed);
+    assert_string_equal(record.id, first);
     job_record_fini(&record);
 }
 
@@ -215,11 +225,11 @@ static void a_base_that_goes_bad_is_run_anew(void **state)
 
     run_job(bench, 2, of(43), id);
     for (int trial = 0; trial < 2; trial++) {
-        int realizations = 120 + trial;
+        int realizations = 160 + trial;
 
         plant = plant_start(bench, 2);
         job_bench_submit(bench->store, plant.queue, of(realizations), id);
-        plant_wait_progress(&plant, id, 0.1);
+        plant_wait_start(&plant, id);
         plant_stop(&plant);
         assert_int_equal(bench_state(bench->store, id), JOB_RUNNING);
         assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM bases"), 1);
