@@ -59,3 +59,6 @@ BEGIN
     DELETE FROM job_news WHERE job = old.seq AND key IN (SELECT id FROM job_keys);
     DELETE FROM job_segments WHERE segment = old.seq >> 10;
 END;
+
+-- The jobs of a sweep between two others.
+CREATE INDEX sweep_points_of ON sweep_points (sweep, job);

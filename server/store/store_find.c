@@ -32,7 +32,7 @@ struct term {
 static const char *const members_sql[FIND_RELATIONS] = {
     [FIND_TAGGED] = "SELECT job FROM job_tags"
                     " WHERE tag = :value AND job BETWEEN :first AND :last",
-    [FIND_SWEPT] = "SELECT job FROM sweep_points INDEXED BY sweep_points_job"
+    [FIND_SWEPT] = "SELECT job FROM sweep_points INDEXED BY sweep_points_of"
                    " WHERE sweep = (SELECT seq FROM sweeps WHERE id = :value)"
                    " AND job BETWEEN :first AND :last",
 };

@@ -238,6 +238,17 @@ static void filters_say_what_they_mean(void **state)
     assert_true(strstr(f->reply.body, "\"seed\":1") < strstr(f->reply.body, "\"seed\":5"));
     assert_int_equal(ask_list(f, "sort", "-seed"), 200);
     assert_true(strstr(f->reply.body, "\"seed\":1") > strstr(f->reply.body, "\"seed\":5"));
+    assert_int_equal(count_listed(f, "sweep", "snone"), 0);
+    const struct request sweep = {
+        .method = "POST",
+        .path = "/v1/sweeps",
+        .content_type = "application/json",
+        .body = "{\"base\":" JOB("") ",\"axes\":{\"/seed\":[4,5,6,7]}}",
+        .body_size = strlen("{\"base\":" JOB("") ",\"axes\":{\"/seed\":[4,5,6,7]}}")};
+    char id[JOB_ID_SIZE];
+    assert_int_equal(send_request(f, &sweep), 202);
+    assert_int_equal(sscanf(f->reply.body, "{\"id\":\"%23[a-z0-9-]", id), 1);
+    assert_int_equal(count_listed(f, "sweep", id), 4); /* two of them were there already */
     assert_int_equal(ask_list(f, "diametr", "1"), 400);
     assert_says(f, "did you mean \\\"diameter\\\"?");
     assert_int_equal(ask_list(f, "observables.msd.xyzzyplugh", "1"), 400);
