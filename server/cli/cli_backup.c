@@ -7,6 +7,7 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 
 static volatile sig_atomic_t stopping;
 
@@ -51,6 +52,12 @@ static int backup(const struct cli_line *line)
     if (cli_given(line, "data"))
         return backup_here(line);
     struct client *client = NULL;
+    struct stat there;
+    if (stat(line->operand[0], &there) == 0 && S_ISREG(there.st_mode)) {
+        fprintf(stderr, "bcd: no backup: %s is there already\n", line->operand[0]);
+        return CLI_FAILED;
+    }
+    umask(S_IRWXG | S_IRWXO); /* what is in it is nobody else's */
     int status = cli_server_open(line, &client);
     if (status == CLI_OK)
         status = download(line, client, "/v1/backup", NULL, line->operand[0]);

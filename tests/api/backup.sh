@@ -53,6 +53,11 @@ check "with all jobs" test "$(sqlite3 "$T/sent.sqlite" 'select count(*) from job
 check "the server keeps none of it" test "$(cd "$T/data" && echo *backup*)" = '*backup*'
 "$B/bcd" backup --url "$URL" "$T/fetched.sqlite" 2>"$T/err"
 check "the command line fetches it" test "$(sqlite3 "$T/fetched.sqlite" 'select count(*) from jobs')" = 3
+check "for nobody else to read" test "$(stat -c %a "$T/fetched.sqlite")" = 600
+fetched=$(sha256sum <"$T/fetched.sqlite")
+"$B/bcd" backup --url "$URL" "$T/fetched.sqlite" 2>"$T/err"
+check "and does not overwrite it" \
+    test "$? $(grep -c 'there already' "$T/err") $(sha256sum <"$T/fetched.sqlite")" = "1 1 $fetched"
 
 # ---- what is refused, or fails, leaves nothing
 before=$(sha256sum <"$T/copy.sqlite")
