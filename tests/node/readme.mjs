@@ -51,9 +51,10 @@ const shorter = [
   [/bcd (report|bench)\b/, (c) => c.replace(/ *(#.*)?$/, ' --help')],
 ];
 
-let id;
+let id, sweep, files = 0;
 function run(command) {
   let text = command.replaceAll('http://127.0.0.1:8080', url).replace(/\bID\b/g, id)
+    .replace(/\bSWEEP\b/g, sweep).replace(/\bDIR\b/g, 'data').replace(/\bFILE\b/g, `file${files++}`)
     .replace(/^bcd /, 'build/bcd ');
   const rule = shorter.find(([pattern]) => pattern.test(text));
   if (rule)
@@ -105,6 +106,8 @@ for (const command of all) {
       const late = /DELETE/.test(text) && out.includes('"status":409');
       const stream = /events/.test(text) && status === 28; // goes on until the reader leaves
       expect(status === 0 || late || stream, text, status, out.slice(0, 2000));
+      if (/sweeps -d/.test(text))
+        sweep = JSON.parse(out).id;
       expect(out.length > 0 || />|-o |backup/.test(text), text, 'says nothing');
     });
 }
