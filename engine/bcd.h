@@ -32,7 +32,7 @@
 #define BCD_VERSION "0.1.0"
 
 /* Raised by one whenever the same job and seed would give other numbers than before. */
-#define BCD_RESULT_VERSION 4
+#define BCD_RESULT_VERSION 5
 
 /* ------------------------------------------------------------------ status */
 

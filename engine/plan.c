@@ -20,7 +20,7 @@
 
 static const double steps_max = 1e15; /* counts stay exact in doubles */
 static const double chunk_rod_steps = 2e6; /* short realizations share a chunk of about this work */
-static const double sampling_share = 0.2; /* of the run time goes into static observables */
+static const double sampling_share = 0.16; /* of the run time goes into static observables */
 /* BLOCKS of one realization: few and long, for neighbours in time are to be independent. */
 enum { PER_CHUNK_MAX = 64, BLOCKS = 8, SAMPLES_PER_BLOCK = 4, EQUILIBRIUM_PARTICLES_MAX = 20000,
        EQUILIBRIUM_BARRIER_MAX = 2500 };

@@ -48,7 +48,7 @@ static size_t cluster_memory(const void *par, const struct plan *plan)
 static double cluster_sample_ns(const void *par, const struct plan *plan)
 {
     (void)par, (void)plan;
-    return 1.5;
+    return 2.5;
 }
 
 static void count_cluster(struct observer *o, int64_t size)

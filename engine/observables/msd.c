@@ -27,7 +27,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { POINTS_MAX = 500, STRIDES_MAX = 56 };
+enum { POINTS_MAX = 500, STRIDES_MAX = 56, STRIDE_SHORT = 64, ORIGINS = 256 };
 
 struct msd_par {
     double first, last;
@@ -123,20 +123,23 @@ static int64_t stride_of(int64_t lag, int64_t shortest)
     return stride;
 }
 
-/* The shortest stride for which looking costs about a fifth of a step: origins of all lags per step
- * times the cost of one squared displacement (about 1 ns a rod) and of the look it needs. */
+/* The shortest stride for which looking costs about a sixth of a step: origins of all lags per step
+ * times the cost of one squared displacement (about 1 ns a rod) and of the look it needs, which
+ * goes half a drift ahead where a method has views. Runs of few steps get their origins all the
+ * same. */
 static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *plan)
 {
-    const double allowed = 0.2 * (plan->method->step_ns + 60 / (double)plan->particles);
-    const double look = 1 + 120 / (double)plan->particles +
-                        (step_error_views_used(plan) ? plan->method->view_ns / 3 : 0);
+    const double rods = (double)plan->particles, halfway = 0.6 * plan->method->view_ns + 50 / rods;
+    const double allowed = 0.17 * (plan->method->step_ns + 60 / rods);
+    const double look = 1 + 120 / rods + (step_error_views_used(plan) ? halfway : 0);
     int64_t stride = 1;
-    for (; stride < 64; stride *= 2) {
+    while (stride < STRIDE_SHORT || stride * ORIGINS <= plan_block_end(plan, 0)) {
         double per_step = 0;
         for (int64_t k = 0; k < lags->count; k++)
             per_step += look / (double)stride_of(lags->lag[k], stride);
         if (per_step <= allowed)
             break;
+        stride *= 2;
     }
     return stride;
 }

@@ -78,7 +78,7 @@ static double pair_time_step_max(const void *par, const struct plan *plan)
 /* Looking at a rod is looking at all rods within reach. */
 static double pair_sample_ns(const void *par, const struct plan *plan)
 {
-    return 2 + 6 * pair_last(par, plan) * (double)plan->particles / plan->length;
+    return 2.5 + 7 * pair_last(par, plan) * (double)plan->particles / plan->length;
 }
 
 static void pair_sample(struct observer *o, const struct sim *sim)

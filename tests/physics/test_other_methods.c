@@ -274,7 +274,8 @@ static void test_metropolis_is_exact_at_long_steps(void **state)
     static const char *const scenes[] = {
         "{'particles': 16, 'length': 20, 'diameter': 0.8, 'initial': 'equilibrium', 'potential': "
         "{'type': 'cosine', 'amplitude': 6}, 'method': 'metropolis', 'time_step': 8e-3, 'time': "
-        "40, 'realizations': 24, 'observables': {'energy': {}, 'density': {'bins': 25}, "
+        "40, 'sample_every': 8e-3, 'realizations': 24, "
+        "'observables': {'energy': {}, 'density': {'bins': 25}, "
         "'contact_density': {'bins': 5, 'gap': 0.05}, 'pair_distribution': {'bins': 10}}}",
         "{'particles': 8, 'length': 10, 'diameter': 0.8, 'initial': 'equilibrium', 'potential': "
         "{'type': 'cosine', 'amplitude': 3}, 'interaction': {'type': 'sticky', 'strength': 0.3, "
