@@ -390,6 +390,21 @@ enum store_status store_segment_inserted(sqlite3 *db, int64_t seq)
     return seq % SEGMENT_JOBS == SEGMENT_JOBS - 1 ? seal(db, seq >> SEGMENT_BITS) : STORE_OK;
 }
 
+/* Results of a time when their scalars were not kept. */
+static enum store_status index_results(sqlite3 *db)
+{
+    struct stmt row = stmt_init(db, "SELECT job, bytes FROM results WHERE NOT EXISTS"
+                                    " (SELECT 1 FROM job_keys WHERE path >= 'results.'"
+                                    " AND path < 'results/')");
+    enum store_status status = STORE_OK;
+
+    while (status == STORE_OK && stmt_step(&row))
+        status = store_segment_result(db, stmt_integer(&row, 0), sqlite3_column_blob(row.handle, 1),
+                                      (size_t)sqlite3_column_bytes(row.handle, 1));
+    row.status = row.status ? row.status : status;
+    return stmt_fini(&row);
+}
+
 enum store_status store_segment_seal_all(sqlite3 *db)
 {
     struct stmt row =
@@ -399,7 +414,7 @@ enum store_status store_segment_seal_all(sqlite3 *db)
                       " SELECT segment FROM all_segments"
                       " WHERE segment < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10"
                       " AND segment NOT IN (SELECT segment FROM job_segments)");
-    enum store_status status = STORE_OK;
+    enum store_status status = index_results(db);
 
     while (status == STORE_OK && stmt_step(&row))
         status = seal(db, stmt_integer(&row, 0));
