@@ -192,6 +192,8 @@ struct observable_type {
     /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own
      * times. */
     double (*sample_ns)(const void *par, const struct plan *plan);
+    /* Rough cost per rod and step of looks at times of its own, for estimates only; NULL = none. */
+    double (*step_ns)(const void *par, const struct plan *plan);
     size_t (*count)(const void *par, const struct plan *plan);  /* values of one sample */
     size_t (*memory)(const void *par, const struct plan *plan); /* bytes */
     void (*begin)(struct observer *observer, const struct sim *sim); /* measured tick 0 */

@@ -36,7 +36,7 @@ struct bcd_run {
     struct sim sim;
     struct progress *progress;
     struct observer observers[OBSERVERS_MAX];
-    int64_t due[OBSERVERS_MAX]; /* measured ticks; from kept memory alone */
+    int64_t due[OBSERVERS_MAX];        /* measured ticks; from kept memory alone */
     size_t first_pass, observer_count; /* those of the second pass follow those of the first */
     struct bcd_tally tally;
     double *values; /* [tally.count] of the block that ends, scratch */
@@ -115,8 +115,8 @@ static void lay_out(struct bcd_run *run)
     run->first_pass = run->observer_count;
     if (paired_among(run, run->count) > 0) {
         lay_out_second_pass(run);
-        run->paired = arena_take(&run->kept, (size_t)run->scene->coarse.blocks * values *
-                                                 sizeof *run->paired);
+        run->paired = arena_take(&run->kept,
+                                 (size_t)run->scene->coarse.blocks * values * sizeof *run->paired);
     }
     tally_layout(&run->tally, run->scene, values, &run->kept);
     run->values = arena_take(&run->scratch, values * sizeof *run->values);
@@ -236,8 +236,7 @@ static void begin_measurement(struct bcd_run *run)
 static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *error)
 {
     choose_plan(run);
-    enum bcd_status status =
-        sim_begin(&run->sim, run->first + run->progress->realization, error);
+    enum bcd_status status = sim_begin(&run->sim, run->first + run->progress->realization, error);
     if (status)
         return status;
     if (run->plan->method->begin)
@@ -313,8 +312,8 @@ static void look(struct bcd_run *run, enum view view, int64_t measured)
 static enum bcd_status next_pass(struct bcd_run *run, struct bcd_error *error)
 {
     struct progress *progress = run->progress;
-    progress->second_pass = !progress->second_pass &&
-                            plan_is_paired(run->plan, run->first + progress->realization);
+    progress->second_pass =
+        !progress->second_pass && plan_is_paired(run->plan, run->first + progress->realization);
     if (!progress->second_pass) {
         progress->realization++;
         *run->tally.realizations += 1;
@@ -442,6 +441,23 @@ int64_t bcd_scene_realizations(const struct bcd_scene *scene, int64_t chunks)
     return chunks < plan->chunks ? chunks * plan->per_chunk : plan->realizations;
 }
 
+/* Per step: the rods, what acts on them, a fixed part for calls and loop starts; then the looks.
+ * Rough on purpose: whoever wants to know better compares it with what runs have taken. */
+static double nominal_ns(const struct bcd_scene *scene, double rod_steps)
+{
+    const double without_field = 0.6, pair_ns = 12;
+    const struct plan *plan = &scene->plan;
+    const struct scene_part *part;
+    double per_rod = plan->method->step_ns * 1.4 * (plan->field ? 1 : without_field) +
+                     (plan->pair ? pair_ns : 0) + 60 / (double)plan->particles +
+                     plan->sample_ns / (double)plan->sample_steps;
+    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
+        const struct observable_type *type = scene_observable_type(part);
+        per_rod += type->step_ns ? type->step_ns(part->group.values, plan) : 0;
+    }
+    return rod_steps * per_rod;
+}
+
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate)
 {
     const struct plan *plan = &scene->plan;
@@ -452,12 +468,10 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
     *estimate = (struct bcd_estimate){
         .run_bytes = 2.0 * (double)run.kept.used + (double)run.scratch.used,
         .result_bytes = 6.0 * sizeof(double) * values,
-        .tally_bytes = (sizeof(double) * (3.0 * values + 1) + BLOB_HEADER_SIZE) *
-                       (double)plan->chunks,
+        .tally_bytes =
+            (sizeof(double) * (3.0 * values + 1) + BLOB_HEADER_SIZE) * (double)plan->chunks,
         .steps = steps,
         .rod_steps = rod_steps,
-        /* Per step: the rods, and a fixed part for calls and loop starts; then the looks. */
-        .core_seconds = 1e-9 * (rod_steps * plan->method->step_ns * 1.4 + steps * 60 +
-                                rod_steps / (double)plan->sample_steps * plan->sample_ns),
+        .core_seconds = 1e-9 * nominal_ns(scene, rod_steps),
     };
 }

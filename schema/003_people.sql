@@ -14,8 +14,8 @@ ALTER TABLE jobs ADD COLUMN core_seconds REAL NOT NULL DEFAULT 0
 ALTER TABLE jobs ADD COLUMN bytes INTEGER NOT NULL DEFAULT 0
     CHECK (bytes >= 0);                              -- on disk: expected, then those of its results
 
--- The job of an owner that comes next.
-CREATE INDEX jobs_waiting ON jobs (owner, priority DESC, seq) WHERE state = 'queued';
+-- The job of an owner that comes next; and, from the index alone, what waits before a new one.
+CREATE INDEX jobs_waiting ON jobs (owner, priority DESC, seq, core_seconds) WHERE state = 'queued';
 
 -- The same job stands only once, unless it failed, was cancelled, or is run anew by force.
 DROP INDEX jobs_live_hash;

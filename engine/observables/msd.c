@@ -123,15 +123,20 @@ static int64_t stride_of(int64_t lag, int64_t shortest)
     return stride;
 }
 
-/* The shortest stride for which looking costs about a sixth of a step: origins of all lags per step
- * times the cost of one squared displacement (about 1 ns a rod) and of the look it needs, which
- * goes half a drift ahead where a method has views. Runs of few steps get their origins all the
- * same. */
-static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *plan)
+/* Of one lag's origin, per rod: its squared displacement (about 1 ns), and the look that it needs,
+ * which goes half a drift ahead where a method has views. */
+static double look_ns(const struct plan *plan)
 {
     const double rods = (double)plan->particles, halfway = 0.6 * plan->method->view_ns + 50 / rods;
-    const double allowed = 0.17 * (plan->method->step_ns + 60 / rods);
-    const double look = 1 + 120 / rods + (step_error_views_used(plan) ? halfway : 0);
+    return 1 + 120 / rods + (step_error_views_used(plan) ? halfway : 0);
+}
+
+/* The shortest stride for which looking costs about a sixth of a step: origins of all lags per step
+ * times the cost of one. Runs of few steps get their origins all the same. */
+static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *plan)
+{
+    const double allowed = 0.17 * (plan->method->step_ns + 60 / (double)plan->particles);
+    const double look = look_ns(plan);
     int64_t stride = 1;
     while (stride < STRIDE_SHORT || stride * ORIGINS <= plan_block_end(plan, 0)) {
         double per_step = 0;
@@ -198,6 +203,20 @@ static double msd_time_step_max(const void *par, const struct plan *plan)
     (void)plan;
     double first = ((const struct msd_par *)par)->first;
     return isnan(first) ? INFINITY : first / 2;
+}
+
+/* Lags that are reached only, and the origins kept for them. */
+static double msd_step_ns(const void *par, const struct plan *plan)
+{
+    struct msd_lags lags;
+    double cost = 0;
+    find_lags(par, plan, &lags);
+    for (int64_t k = 0; k < lags.count; k++)
+        cost += look_ns(plan) / (double)lags.stride[lags.level[k]] *
+                (1 - (double)lags.lag[k] / (double)plan->steps);
+    for (int64_t l = 0; l < lags.strides; l++)
+        cost += 0.5 / (double)lags.stride[l];
+    return cost;
 }
 
 static size_t msd_count(const void *par, const struct plan *plan)
@@ -310,8 +329,7 @@ static enum bcd_status msd_describe(const void *par, const struct plan *plan,
 }
 
 /* Pairs of (rod, origin) that every lag was averaged over. */
-static enum bcd_status msd_extend(const void *par, const struct plan *plan,
-                                  struct bcd_table *table)
+static enum bcd_status msd_extend(const void *par, const struct plan *plan, struct bcd_table *table)
 {
     struct msd_lags lags;
     find_lags(par, plan, &lags);
@@ -396,6 +414,7 @@ const struct observable_type observable_msd = {
     .dynamic = true,
     .mid_drift = true,
     .count = msd_count,
+    .step_ns = msd_step_ns,
     .memory = msd_memory,
     .begin = msd_begin,
     .next = msd_next,

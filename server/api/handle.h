@@ -15,6 +15,7 @@
 #include "queue.h"
 #include "report_keeper.h"
 #include "store_jobs.h"
+#include "store_owners.h"
 #include "worker.h"
 
 #include <stdatomic.h>
@@ -53,6 +54,17 @@ typedef void handler(const struct service *service, const struct call *call, str
 handler handle_jobs_submit, handle_jobs_get, handle_jobs_cancel;
 handler handle_jobs_estimate, handle_jobs_theory;
 
+/* The body as a finished scene; false with the reply filled when it is none. ticket may be NULL. */
+bool handle_jobs_read(const struct request *request, struct bcd_scene **scene,
+                      struct ticket *ticket, struct reply *reply);
+
+/* handle_estimate.c: what a job needs, core seconds as this machine takes them; as JSON, with what
+ * goes before it when it is known whose it is (ticket may be NULL). */
+void handle_estimate(const struct service *service, const struct bcd_scene *scene,
+                     struct bcd_estimate *estimate);
+char *handle_estimate_print(const struct service *service, const struct bcd_scene *scene,
+                            const struct ticket *ticket);
+
 /* 0..1: the queue knows of chunks in motion, the record of those put away. */
 double handle_jobs_progress(const struct service *service, const struct job_record *record);
 
@@ -83,6 +95,10 @@ handler handle_sweep_results_npz;
 
 /* handle_results.c */
 handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;
+
+/* Says which quota of the owner this is beyond, after STORE_QUOTA. */
+void handle_people_quota(const struct service *service, const char *owner,
+                         const struct quota_need *need, struct reply *reply);
 
 /* handle_people.c */
 handler handle_people_token_create, handle_people_token_list, handle_people_token_revoke;

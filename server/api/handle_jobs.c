@@ -16,9 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool read_scene(const struct request *request, struct bcd_scene **scene,
-                       struct ticket *ticket, struct reply *reply);
-static char *estimate_print(const struct bcd_scene *scene);
 static bool must_wait(const struct service *service, const struct call *call,
                       const struct job_record *record, struct wait *wait);
 static void etag_of(const struct job_record *record, char etag[ETAG_SIZE]);
@@ -39,24 +36,28 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
     const char *force = call_query(call, "force");
     job.force = force && strcmp(force, "true") == 0;
     if (!request_check_key(call->request, reply) ||
-        !read_scene(call->request, &scene, &ticket, reply))
+        !handle_jobs_read(call->request, &scene, &ticket, reply))
         return;
     bcd_scene_estimate(scene, &estimate);
     job_admit_check(&estimate, &errors);
     if (errors.count > 0) {
         char more[512];
-        char *print = estimate_print(scene);
+        char *print = handle_estimate_print(service, scene, NULL);
         snprintf(more, sizeof(more), "\"estimate\":%s", print ? print : "null");
         reply_faults(reply, PROBLEM_TOO_COSTLY, &errors, more);
         free(print);
         goto cleanup;
     }
     enum store_status status = STORE_BROKEN;
+    handle_estimate(service, scene, &estimate);
     if (job_admit_fill(scene, &estimate, &job))
         status = store_jobs_insert(service->store, &job, &record, &existed);
     if (status == STORE_CONFLICT) {
         reply_problem(reply, PROBLEM_KEY_REUSED,
                       "this Idempotency-Key came with another job before");
+    } else if (status == STORE_QUOTA) {
+        handle_people_quota(service, ticket.owner,
+                            &(struct quota_need){{1, job.core_seconds, job.bytes}}, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the job was not taken");
     } else if (existed) {
@@ -157,22 +158,11 @@ void handle_jobs_cancel(const struct service *service, const struct call *call, 
     job_record_fini(&record);
 }
 
-void handle_jobs_estimate(const struct service *service, const struct call *call,
-                          struct reply *reply)
-{
-    (void)service;
-    struct bcd_scene *scene = NULL;
-    if (!read_scene(call->request, &scene, NULL, reply))
-        return;
-    reply_json_take(reply, estimate_print(scene));
-    bcd_scene_free(scene);
-}
-
 /* Takes up to seconds on a thread that has other connections to serve: one at a time. */
 void handle_jobs_theory(const struct service *service, const struct call *call, struct reply *reply)
 {
     struct bcd_scene *scene = NULL;
-    if (!read_scene(call->request, &scene, NULL, reply))
+    if (!handle_jobs_read(call->request, &scene, NULL, reply))
         return;
     if (service->theory && atomic_flag_test_and_set(service->theory)) {
         reply_problem(reply, PROBLEM_BUSY, "another theory is being computed: try again");
@@ -184,9 +174,8 @@ void handle_jobs_theory(const struct service *service, const struct call *call, 
     bcd_scene_free(scene);
 }
 
-/* The body as a finished scene; false with the reply filled when it is none. ticket may be NULL. */
-static bool read_scene(const struct request *request, struct bcd_scene **scene,
-                       struct ticket *ticket, struct reply *reply)
+bool handle_jobs_read(const struct request *request, struct bcd_scene **scene,
+                      struct ticket *ticket, struct reply *reply)
 {
     struct bcd_errors errors = {0};
     if (!request_check_json(request, reply))
@@ -197,13 +186,6 @@ static bool read_scene(const struct request *request, struct bcd_scene **scene,
     if (status != BCD_OK)
         reply_bcd(reply, status, &errors);
     return status == BCD_OK;
-}
-
-static char *estimate_print(const struct bcd_scene *scene)
-{
-    struct bcd_estimate estimate;
-    bcd_scene_estimate(scene, &estimate);
-    return record_json_estimate(&estimate, bcd_scene_chunks(scene));
 }
 
 double handle_jobs_progress(const struct service *service, const struct job_record *record)

@@ -95,7 +95,8 @@ static const struct route routes[] = {
      "submit a job; ?force=true runs it anew although it stands",
      "202: it is on disk and will run. 200: the same job stands already, this is its record.",
      .query = submit_query, .idempotency_key = true, .body = "Job", .example = EXAMPLE_JOB,
-     .answers = {{202, JSON, "JobRecord"}, {200, JSON, "JobRecord"}}, .problems = P(DISK_FULL)},
+     .answers = {{202, JSON, "JobRecord"}, {200, JSON, "JobRecord"}},
+     .problems = P(DISK_FULL) | P(QUOTA)},
     {"GET", "/v1/jobs", ROLE_READER, handle_jobs_list, "listJobs",
      "jobs; ?state= &sort= &limit= &cursor= and filters like &potential.amplitude=6",
      "Any scalar can be a filter: of the job (diameter=0.5, potential.amplitude>=6), of what was "

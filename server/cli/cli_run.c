@@ -65,7 +65,7 @@ static char *checked(const struct bcd_scene *scene)
     struct text text = {0};
     bcd_scene_estimate(scene, &estimate);
     char *pieces[] = {scene_json_job(scene), scene_json_derived(scene),
-                      record_json_estimate(&estimate, bcd_scene_chunks(scene))};
+                      record_json_estimate(&estimate, bcd_scene_chunks(scene), NULL)};
     text.failed = !pieces[0] || !pieces[1] || !pieces[2] || !queue_hash(scene, hash);
     if (!text.failed) {
         text_add(&text, "{\"job\":%s,\n\"derived\":%s,\n\"estimate\":%.*s,\n\"hash\":\"", pieces[0],

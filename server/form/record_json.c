@@ -5,6 +5,7 @@
 
 #include <inttypes.h>
 #include <jansson.h>
+#include <math.h>
 #include <string.h>
 #include <time.h>
 
@@ -34,7 +35,27 @@ char *record_json_print_list(const struct record_view *views, size_t count, cons
     return text_take(&text);
 }
 
-char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks)
+static void add_ahead(struct text *text, const struct record_ahead *ahead)
+{
+    bool ends = isfinite(ahead->finishes_in) && ahead->finishes_in < 1e10;
+    text_add(text, ",\"calibration\":{\"factor\":");
+    text_add_number(text, ahead->factor);
+    text_add(text, ",\"measured_core_seconds\":");
+    text_add_number(text, ahead->measured_seconds);
+    text_add(text, "},\"queue\":{\"jobs_before\":%" PRId64 ",\"core_seconds_before\":",
+             ahead->jobs_before);
+    text_add_number(text, ahead->core_seconds_before);
+    text_add(text, "},\"finishes_in_seconds\":");
+    if (ends)
+        text_add_number(text, ahead->finishes_in);
+    else
+        text_add(text, "null");
+    record_json_add_time(text, "finishes_at",
+                         ends ? ahead->now_ms + (int64_t)(1000 * ahead->finishes_in) : 0);
+}
+
+char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks,
+                           const struct record_ahead *ahead)
 {
     const struct {
         const char *name;
@@ -54,7 +75,10 @@ char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks)
         text_add_number(&text, rows[i].value);
         text_add(&text, ",");
     }
-    text_add(&text, "\"chunks\":%" PRId64 "}\n", chunks);
+    text_add(&text, "\"chunks\":%" PRId64, chunks);
+    if (ahead)
+        add_ahead(&text, ahead);
+    text_add(&text, "}\n");
     return text_take(&text);
 }
 

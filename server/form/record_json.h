@@ -21,8 +21,19 @@ char *record_json_print(const struct record_view *view);
 /* {"jobs":[...],"next":...}; next is the cursor of the page that follows, [a-z0-9]+, or NULL. */
 char *record_json_print_list(const struct record_view *views, size_t count, const char *next);
 
-/* {"memory_bytes":..,"result_bytes":..,...}; of a job that this many chunks are made of. */
-char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks);
+/* What stands before a job that would be submitted now. */
+struct record_ahead {
+    double factor, measured_seconds; /* of calibration.h */
+    int64_t jobs_before;
+    double core_seconds_before;
+    double finishes_in; /* seconds from now; of a server without workers infinity */
+    int64_t now_ms;
+};
+
+/* {"memory_bytes":..,"result_bytes":..,...}; of a job that this many chunks are made of. ahead may
+ * be NULL. core_seconds are those of `estimate`, as they are. */
+char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks,
+                           const struct record_ahead *ahead);
 
 /* ,"name":"2026-01-31T12:00:00.123Z" (UTC), null for 0. */
 void record_json_add_time(struct text *text, const char *name, int64_t ms);

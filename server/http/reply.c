@@ -32,6 +32,7 @@ static const struct {
     [PROBLEM_WRONG_HOST] = {421, TYPE "wrong-host", "This server does not go by that name"},
     [PROBLEM_INVALID_JOB] = {422, TYPE "invalid-job", "The job has faults"},
     [PROBLEM_TOO_COSTLY] = {422, TYPE "too-costly", "The job is beyond this server's limits"},
+    [PROBLEM_QUOTA] = {429, TYPE "over-quota", "This is more than its owner may have"},
     [PROBLEM_KEY_REUSED] = {422, TYPE "key-reused", "The idempotency key belongs to another job"},
     [PROBLEM_INTERNAL] = {500, TYPE "internal", "The server failed"},
     [PROBLEM_BUSY] = {503, TYPE "busy", "The server cannot take this now"},
@@ -219,6 +220,9 @@ void reply_store(struct reply *reply, enum store_status status, const char *what
         break;
     case STORE_CONFLICT:
         reply_problem(reply, PROBLEM_STATE, "%s is in another state than this needs", what);
+        break;
+    case STORE_QUOTA:
+        reply_problem(reply, PROBLEM_QUOTA, "%s is more than its owner may have", what);
         break;
     case STORE_FULL:
         reply_problem(reply, PROBLEM_DISK_FULL, "nothing was changed: %s", what);

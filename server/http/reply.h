@@ -29,6 +29,7 @@ enum problem {
     PROBLEM_WRONG_HOST,
     PROBLEM_INVALID_JOB,
     PROBLEM_TOO_COSTLY, /* a sound job beyond what this server takes */
+    PROBLEM_QUOTA, /* a sound job, but its owner has enough already */
     PROBLEM_KEY_REUSED, /* Idempotency-Key of another job */
     PROBLEM_INTERNAL,
     PROBLEM_BUSY,

@@ -16,6 +16,7 @@ enum store_status {
     STORE_OK,
     STORE_NOT_FOUND, /* no such row */
     STORE_CONFLICT,  /* the row is not in a state that allows this */
+    STORE_QUOTA,     /* the owner would be beyond a quota: nothing was changed */
     STORE_FULL,      /* the disk (or a limit on it) is full: nothing was changed */
     STORE_BROKEN,    /* anything else: I/O error, corruption, our own mistake */
 };

@@ -167,8 +167,12 @@ static enum store_status insert_key(sqlite3 *db, const char *key, int64_t seq)
 static enum store_status insert_new(sqlite3 *db, const struct job_new *job,
                                     struct job_record *record)
 {
-    enum store_status status = insert_row(db, job, record);
+    const struct quota_need need = {{1, job->core_seconds, job->bytes}};
+    enum store_status status =
+        store_owners_check(db, job->ticket ? job->ticket->owner : OWNER_LOCAL, &need);
 
+    if (status == STORE_OK)
+        status = insert_row(db, job, record);
     if (status == STORE_OK && job->by)
         status = store_audit_add(
             db, &(struct audit_new){job->by, "job.submit", record->id, job->force ? "force" : ""});

@@ -164,6 +164,10 @@ enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct 
 enum store_status store_audit_add(sqlite3 *db, const struct audit_new *line);
 enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner_record *record);
 
+/* STORE_QUOTA when the owner may not have so much more. Inside the transaction that adds it. */
+enum store_status store_owners_check(sqlite3 *db, const char *owner,
+                                     const struct quota_need *need);
+
 /* Statements of a connection that are kept for the next time; _add once, _drop before it is closed.
  * take: one that nobody uses, NULL = there is none. give: back, or to be finalized. */
 void store_cache_add(sqlite3 *db);

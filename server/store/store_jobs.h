@@ -55,7 +55,8 @@ struct job_new {
 /* On disk when it returns STORE_OK. When a job with this hash is queued, running or done already,
  * *existed is true and the record is that one; one that failed or was cancelled may be inserted
  * again. An idempotency key always answers with the job it was first used for, whatever became of
- * it; used for another job it is STORE_CONFLICT. 1..LIMIT_IDEMPOTENCY_KEY_BYTES_MAX bytes. */
+ * it; used for another job it is STORE_CONFLICT. STORE_QUOTA: a new job is more than its owner may
+ * have. 1..LIMIT_IDEMPOTENCY_KEY_BYTES_MAX bytes. */
 enum store_status store_jobs_insert(struct store *store, const struct job_new *job,
                                     struct job_record *record, bool *existed);
 

@@ -82,6 +82,16 @@ enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner
     return stmt_fini(&row);
 }
 
+enum store_status store_owners_check(sqlite3 *db, const char *owner, const struct quota_need *need)
+{
+    struct owner_record record;
+    enum store_status status = store_owners_find(db, owner, &record);
+
+    if (status == STORE_OK && owner_record_excess(&record, need) != QUOTAS)
+        status = STORE_QUOTA;
+    return status;
+}
+
 enum store_status store_owners_get(struct store *store, const char *owner,
                                    struct owner_record *record)
 {
@@ -121,6 +131,48 @@ enum store_status store_owners_list(struct store *store, struct owner_record **r
     *records = array;
     *count = used;
     return STORE_OK;
+}
+
+/* The owner's own: queued ones of this priority and above, and what is left of those that run. */
+static enum store_status own_before(sqlite3 *db, const struct ticket *ticket,
+                                    struct waiting_before *before)
+{
+    struct stmt row = stmt_init(
+        db, "SELECT count(*), total(core_seconds) FROM jobs"
+            " WHERE owner = :owner AND state = 'queued' AND priority >= :priority"
+            " UNION ALL SELECT count(*), total(core_seconds * (1 - 1.0 * chunks_done / chunks))"
+            " FROM jobs WHERE state = 'running' AND owner = :owner AND priority >= :priority");
+
+    stmt_bind_text(&row, ":owner", ticket->owner);
+    stmt_bind_integer(&row, ":priority", ticket->priority);
+    while (stmt_step(&row)) {
+        before->jobs += stmt_integer(&row, 0);
+        before->seconds += stmt_number(&row, 1);
+    }
+    return stmt_fini(&row);
+}
+
+enum store_status store_owners_before(struct store *store, const struct ticket *ticket,
+                                      double seconds, struct waiting_before *before)
+{
+    struct waiting_before found = {0};
+    sqlite3 *db = store_read_begin(store);
+    enum store_status status = own_before(db, ticket, &found);
+    struct stmt row;
+
+    if (status == STORE_OK) {
+        row = stmt_init(db, "SELECT total(min(waiting_seconds, :mine)) FROM owners"
+                            " WHERE owner <> :owner AND waiting_seconds > 0");
+        stmt_bind_text(&row, ":owner", ticket->owner);
+        stmt_bind_number(&row, ":mine", found.seconds + seconds);
+        if (stmt_step(&row))
+            found.seconds += stmt_number(&row, 0);
+        status = stmt_fini(&row);
+    }
+    store_read_end(store, db);
+    if (status == STORE_OK)
+        *before = found;
+    return status;
 }
 
 /* -------------------------------------------------------------------- writing */

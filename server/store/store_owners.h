@@ -8,6 +8,7 @@
 
 #include "identity.h"
 #include "store.h"
+#include "ticket.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -48,6 +49,16 @@ struct quota_need {
 double owner_record_use(const struct owner_record *record, enum quota quota);
 /* The first quota that the need goes beyond; QUOTAS = none. */
 enum quota owner_record_excess(const struct owner_record *record, const struct quota_need *need);
+
+/* What goes before a job of this owner and priority that is submitted now and needs `seconds`: the
+ * owner's own jobs of this priority and above, and as much of each other's as they get meanwhile,
+ * for all get the same. */
+struct waiting_before {
+    int64_t jobs; /* the owner's own */
+    double seconds;
+};
+enum store_status store_owners_before(struct store *store, const struct ticket *ticket,
+                                      double seconds, struct waiting_before *before);
 
 /* `seconds` used `age_ms` ago, as they count now. */
 double owner_decay(double seconds, int64_t age_ms);

@@ -51,7 +51,7 @@ static enum store_status keeper_fini(struct keeper *keeper, enum store_status st
     return status ? status : book(keeper);
 }
 
-/* Counters of states, of the owner and of the sweep. */
+/* Counters of states, of the owner and of the sweep; first whether the owner may have so much. */
 static enum store_status book(const struct keeper *keeper)
 {
     static const char *const sql[] = {
@@ -63,7 +63,8 @@ static enum store_status book(const struct keeper *keeper)
         " JOIN jobs AS j ON j.seq = p.job WHERE p.sweep = :sweep AND j.state = sweep_counts.state)"
         " WHERE sweep = :sweep",
     };
-    enum store_status status = STORE_OK;
+    const struct quota_need need = {{(double)keeper->jobs, keeper->seconds, (double)keeper->bytes}};
+    enum store_status status = store_owners_check(keeper->db, keeper->ticket->owner, &need);
 
     for (size_t i = 0; i < sizeof sql / sizeof sql[0] && status == STORE_OK; i++) {
         struct stmt row = stmt_init(keeper->db, sql[i]);

@@ -59,6 +59,11 @@ enum store_status queue_create(struct queue **queue, struct store *store)
 
     if (!made)
         return STORE_BROKEN;
+    made->calibration = calibration_create();
+    if (!made->calibration) {
+        free(made);
+        return STORE_BROKEN;
+    }
     made->store = store;
     atomic_init(&made->stopping, false);
     pthread_mutex_init(&made->mutex, NULL);
@@ -82,6 +87,7 @@ void queue_free(struct queue *queue)
     pthread_mutex_lock(&queue->mutex);
     owner_save_usage(queue);
     pthread_mutex_unlock(&queue->mutex);
+    calibration_free(queue->calibration);
     tdestroy(queue->index, keep_node);
     for (struct owner *owner = queue->owners, *next; owner; owner = next) {
         for (struct queued *entry = owner->first, *after; entry; entry = after) {
@@ -94,6 +100,11 @@ void queue_free(struct queue *queue)
     pthread_cond_destroy(&queue->changed);
     pthread_mutex_destroy(&queue->mutex);
     free(queue);
+}
+
+struct calibration *queue_calibration(struct queue *queue)
+{
+    return queue->calibration;
 }
 
 /* --------------------------------------------------------------------- claiming */

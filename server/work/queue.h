@@ -15,6 +15,7 @@
 #define QUEUE_H
 
 #include "bcd.h"
+#include "calibration.h"
 #include "store_jobs.h"
 
 #include <stdatomic.h>
@@ -42,6 +43,9 @@ bool queue_family(const struct bcd_scene *scene, unsigned char family[JOB_HASH_S
 
 enum store_status queue_create(struct queue **queue, struct store *store);
 void queue_free(struct queue *queue);
+
+/* How long what takes how long on this machine; the queue's own, and kept in the store by it. */
+struct calibration *queue_calibration(struct queue *queue);
 
 /* Takes over every running job of the store, and who has queued ones. Called once before workers
  * start. A job that this program would not run as it was accepted (its text no longer parses, or

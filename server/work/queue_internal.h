@@ -65,6 +65,7 @@ struct owner {
 
 struct queue {
     struct store *store;
+    struct calibration *calibration; /* has its own mutex */
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     struct owner *owners;

@@ -119,6 +119,9 @@ void owner_save_usage(struct queue *queue)
         if (status) /* the store has logged why; it comes along next time */
             owner->unsaved += seconds;
     }
+    pthread_mutex_unlock(&queue->mutex);
+    calibration_save(queue->calibration, queue->store); /* the store logs why not; next time then */
+    pthread_mutex_lock(&queue->mutex);
     queue->saving = false;
     queue->saved_ms = owner_now_ms();
 }

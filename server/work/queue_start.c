@@ -224,6 +224,8 @@ enum store_status queue_recover(struct queue *queue)
     enum store_status status = recover_owners(queue);
 
     if (status == STORE_OK)
+        status = calibration_load(queue->calibration, queue->store);
+    if (status == STORE_OK)
         status = store_jobs_running(queue->store, &records, &count);
     for (size_t i = 0; status == STORE_OK && i < count; i++)
         status = recover_job(queue, &records[i]);

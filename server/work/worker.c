@@ -209,11 +209,33 @@ static double rod_steps_of_chunk(const struct bcd_scene *scene)
     return estimate.rod_steps / (double)bcd_scene_chunks(scene);
 }
 
+/* Where a run was when its time began to be taken. */
+struct measured {
+    int64_t ticks, cpu_ns;
+};
+
+/* What a finished chunk has taken, or the part of it that was run here. */
+static void note_cost(struct work *work, const struct measured *from)
+{
+    const struct bcd_scene *scene = work->task->scene;
+    int64_t chunk = work->task->chunk, total = bcd_run_ticks_total(work->run);
+    double mine =
+        (double)(bcd_scene_realizations(scene, chunk + 1) - bcd_scene_realizations(scene, chunk)) /
+        (double)bcd_scene_realizations(scene, bcd_scene_chunks(scene));
+    struct bcd_estimate estimate;
+
+    bcd_scene_estimate(scene, &estimate);
+    calibration_note(queue_calibration(work->workers->queue), calibration_method(scene),
+                     estimate.core_seconds * mine * (double)(total - from->ticks) / (double)total,
+                     1e-9 * (double)(cpu_now_ns() - from->cpu_ns));
+}
+
 /* Advances the run to its end; STOPPED when it was told to stop before. */
 static enum outcome advance(struct work *work)
 {
     const int64_t total = bcd_run_ticks_total(work->run);
     const double rods_per_tick = rod_steps_of_chunk(work->task->scene) / (double)total;
+    const struct measured measured = {bcd_run_ticks_done(work->run), cpu_now_ns()};
     int64_t slice = 1, before = now_ns();
     int64_t checkpoint_due = before + LIMIT_CHECKPOINT_MS * INT64_C(1000000);
 
@@ -241,6 +263,7 @@ static enum outcome advance(struct work *work)
         }
         before = after;
     }
+    note_cost(work, &measured);
     return OUTCOME_DONE;
 }
 
@@ -315,8 +338,7 @@ static void fail_job(struct work *work)
 static void do_task(struct worker *worker, struct task *task)
 {
     struct workers *workers = worker->workers;
-    struct work work = {
-        .workers = workers, .worker = worker, .task = task, .cpu_ns = cpu_now_ns()};
+    struct work work = {.workers = workers, .worker = worker, .task = task, .cpu_ns = cpu_now_ns()};
     bool last = task->chunk == QUEUE_FINISH;
 
     if (!last) {
