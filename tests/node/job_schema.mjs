@@ -14,7 +14,8 @@ const single = [
   /^must be a finite number/, /^must be (an integer|a number|a number or "auto"|a word|a text)(, not|$)/,
   /^must be (an object|an object such as \{\}|a list of numbers|one of .*)(, not|$)/s,
   /^must hold \d+ to \d+ numbers/, /^must be \d+ to \d+ characters long/, /^must be printable ASCII/,
-  /^unknown/, /^is required: (?!at least)/, /^is required: at least one observable/, /^holds \\u0000/, /is too large$/,
+  /^unknown/, /^is required: (?!at least)/, /^is required: at least one observable/,
+  /^holds \\u0000/, /is too large$/,
   /^has \d+ characters/, /^a tag is /, /^must be a whole number from/, /^must be a list of at most/,
 ];
 const alone = (fault) => single.some((words) => words.test(fault.detail));
@@ -32,7 +33,8 @@ await test('the schema is served', async () => {
 });
 
 const folders = ['tests/scenes', 'tests/scenes/full'];
-const scenes = folders.flatMap((f) => readdirSync(f).filter((n) => n.endsWith('.json')).map((n) => `${f}/${n}`));
+const scenes = folders.flatMap((folder) =>
+  readdirSync(folder).filter((name) => name.endsWith('.json')).map((name) => `${folder}/${name}`));
 await test('every scene of the papers is a job by the schema', () => {
   expect(scenes.length === 60, 'scenes', scenes.length);
   for (const file of scenes)

@@ -82,8 +82,8 @@ function object(schema, root) {
   for (const [name, value] of Object.entries(schema.properties ?? {}))
     properties[name] = fromSchema(value, root);
   if (schema.additionalProperties?.type || schema.additionalProperties?.oneOf) {
-    const key = schema.propertyNames?.pattern ? fc.constantFrom('/diameter', '/seed', '/potential/amplitude', '/x', '')
-                                              : fc.string({ maxLength: 8 });
+    const pointers = fc.constantFrom('/diameter', '/seed', '/potential/amplitude', '/x', '');
+    const key = fc.oneof({ weight: 4, arbitrary: pointers }, fc.string({ maxLength: 8 }));
     return fc.dictionary(key, fromSchema(schema.additionalProperties, root), { maxKeys: 3 });
   }
   const known = fc.record(properties, { requiredKeys: (schema.required ?? [])
@@ -104,7 +104,8 @@ export function anyJob(schema) {
   const names = Object.keys(properties).filter((name) => !required.includes(name));
   const plain = fc.record({
     particles: fc.constantFrom(1, 2, 10), length: fc.constantFrom(10, 20), diameter: fc.constantFrom(0, 0.5),
-    time: fc.constantFrom(1, 10), observables: fc.constantFrom('energy', 'current', 'msd', 'density', 'cluster_sizes')
+    time: fc.constantFrom(1, 10),
+    observables: fc.constantFrom('energy', 'current', 'msd', 'density', 'cluster_sizes')
       .chain((name) => fc.record({ [name]: fromSchema(properties.observables.properties[name]) })) });
   const few = fc.subarray(names, { maxLength: 3 })
     .chain((some) => fc.record(Object.fromEntries(some.map((n) => [n, fromSchema(properties[n])]))));

@@ -117,8 +117,7 @@ await test('every request named is one of the description', () => {
   expect(named.length >= 3, named.length);
   for (const [, method, path] of named) {
     const pattern = Object.keys(document.paths).find((p) =>
-      new RegExp(`^${p.replace(/\./g, '\\.').replace('{id}', '(ID|[a-z0-9-]+)').replace('{name}', '([A-Z]+|[a-z0-9_]+)')}$`)
-        .test(path));
+      new RegExp(`^${p.replace(/\./g, '\\.').replace(/\{\w+\}/g, '([A-Z]+|[a-z0-9_-]+)')}$`).test(path));
     expect(pattern && document.paths[pattern][method.toLowerCase()], method, path);
   }
 });
