@@ -14,7 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool make(const struct sweep *sweep, struct sweep_made *made, struct reply *reply);
+static bool make(const struct service *service, const struct sweep *sweep, struct sweep_made *made,
+                 struct reply *reply);
 static void keep(const struct service *service, const struct sweep *sweep, struct sweep_new *kept,
                  struct reply *reply);
 static void answer(struct reply *reply, const struct sweep_view *view);
@@ -40,7 +41,7 @@ void handle_sweeps_submit(const struct service *service, const struct call *call
         reply_bcd(reply, status, &errors);
         return;
     }
-    if (make(sweep, &made, reply)) {
+    if (make(service, sweep, &made, reply)) {
         struct sweep_new kept = {.ticket = &ticket,
                                  .by = &call->identity,
                                  .idempotency_key = request->idempotency_key,
@@ -161,13 +162,27 @@ void handle_sweeps_cancel(const struct service *service, const struct call *call
 }
 
 /* All points, or false with the reply saying which cannot be accepted. */
-static bool make(const struct sweep *sweep, struct sweep_made *made, struct reply *reply)
+static bool make(const struct service *service, const struct sweep *sweep, struct sweep_made *made,
+                 struct reply *reply)
 {
     struct bcd_errors errors = {0};
-    enum bcd_status status = sweep_make(sweep, made, &errors);
+    enum bcd_status status = sweep_make(sweep, queue_calibration(service->queue), made, &errors);
     if (status != BCD_OK)
         reply_bcd(reply, status, &errors);
     return status == BCD_OK;
+}
+
+/* What all points need together; those that stand already are counted, too. */
+static void refuse_quota(const struct service *service, const char *owner,
+                         const struct sweep_point_new *points, size_t count, struct reply *reply)
+{
+    struct quota_need need = {{0}};
+    for (size_t i = 0; i < count; i++) {
+        need.value[QUOTA_QUEUED] += 1;
+        need.value[QUOTA_DAY_SECONDS] += points[i].job.core_seconds;
+        need.value[QUOTA_BYTES] += points[i].job.bytes;
+    }
+    handle_people_quota(service, owner, &need, reply);
 }
 
 static void keep(const struct service *service, const struct sweep *sweep, struct sweep_new *kept,
@@ -186,6 +201,8 @@ static void keep(const struct service *service, const struct sweep *sweep, struc
     if (status == STORE_CONFLICT) {
         reply_problem(reply, PROBLEM_KEY_REUSED,
                       "this Idempotency-Key came with something else before");
+    } else if (status == STORE_QUOTA) {
+        refuse_quota(service, kept->ticket->owner, kept->points, kept->count, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the sweep was not taken");
     } else {
@@ -218,7 +235,7 @@ static void extend(const struct service *service, const struct call *call,
 {
     struct sweep_made made = {0};
     struct sweep_record grown = {0};
-    if (!make(sweep, &made, reply))
+    if (!make(service, sweep, &made, reply))
         return;
     char *axes = sweep_json_axes(sweep);
     const struct sweep_extension more = {.axes = axes,
@@ -232,6 +249,8 @@ static void extend(const struct service *service, const struct call *call,
     if (status == STORE_CONFLICT) {
         reply_problem(reply, PROBLEM_STATE,
                       "sweep %s was cancelled, or extended by somebody else meanwhile", record->id);
+    } else if (status == STORE_QUOTA) {
+        refuse_quota(service, record->ticket.owner, made.points, made.count, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the sweep was not extended");
     } else {

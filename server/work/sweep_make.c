@@ -13,6 +13,7 @@ enum { THREADS = 2, POINTS_PER_THREAD = 500 };
 /* A part of the points and who makes them. */
 struct part {
     const struct sweep *sweep;
+    struct calibration *calibration;
     struct sweep_walk *walk;
     struct bcd_scene_cache *cache;
     struct sweep_made made;
@@ -31,10 +32,10 @@ static bool told(const struct bcd_errors *errors, const struct bcd_error *fault)
 static bool join(struct part *parts, size_t count, struct sweep_made *made);
 static void fini(struct part *part);
 
-enum bcd_status sweep_make(const struct sweep *sweep, struct sweep_made *made,
-                           struct bcd_errors *errors)
+enum bcd_status sweep_make(const struct sweep *sweep, struct calibration *calibration,
+                           struct sweep_made *made, struct bcd_errors *errors)
 {
-    struct part parts[THREADS] = {{0}};
+    struct part parts[THREADS] = {{.calibration = calibration}, {.calibration = calibration}};
     size_t points = sweep_points(sweep);
     size_t threads = sweep_points_new(sweep) >= THREADS * POINTS_PER_THREAD ? THREADS : 1;
     enum bcd_status status = BCD_OK;
@@ -128,6 +129,7 @@ static enum bcd_status make_point(struct part *part, size_t number)
     /* Once something is wrong the rest is looked at for its faults alone. */
     if (status != BCD_OK || part->faulty > 0)
         goto cleanup;
+    estimate.core_seconds *= calibration_factor(part->calibration, calibration_method(scene), NULL);
     sweep_walk_add_place(part->walk, &place);
     point->place = text_take(&place);
     if (point->place && job_admit_fill(scene, &estimate, &point->job)) {

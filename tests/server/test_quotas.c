@@ -137,6 +137,21 @@ static void stored_bytes(void **state)
     close_service(&f);
 }
 
+/* A sweep is taken whole or not at all. */
+static void sweeps_count_by_their_points(void **state)
+{
+    static const char sweep[] = "{\"base\":" JOB("") ",\"axes\":{\"/seed\":[1,2,3]}}";
+    struct fixture f = open_service(*state);
+    assert_int_equal(ask(&f, "PUT", "/v1/owners/local", "{\"queued_points\":2}"), 200);
+    assert_int_equal(ask(&f, "POST", "/v1/sweeps", sweep), 429);
+    assert_says(&f, "\"quota\":\"queued_points\",\"limit\":2,\"used\":0,\"needed\":3");
+    assert_int_equal(bench_number(f.service.store, "SELECT count(*) FROM jobs"), 0);
+    assert_int_equal(ask(&f, "PUT", "/v1/owners/local", "{\"queued_points\":3}"), 200);
+    assert_int_equal(ask(&f, "POST", "/v1/sweeps", sweep), 202);
+    assert_int_equal(bench_number(f.service.store, "SELECT queued FROM owners"), 3);
+    close_service(&f);
+}
+
 static void faulty_quotas(void **state)
 {
     static const char *const bad[] = {
@@ -233,9 +248,10 @@ static void calibration_learns(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        BENCH_TEST(queued_points),          BENCH_TEST(core_seconds),
-        BENCH_TEST(stored_bytes),           BENCH_TEST(faulty_quotas),
-        BENCH_TEST(what_waits_goes_before), BENCH_TEST(calibration_learns),
+        BENCH_TEST(queued_points),      BENCH_TEST(core_seconds),
+        BENCH_TEST(stored_bytes),       BENCH_TEST(sweeps_count_by_their_points),
+        BENCH_TEST(faulty_quotas),      BENCH_TEST(what_waits_goes_before),
+        BENCH_TEST(calibration_learns),
     };
     return cmocka_run_group_tests_name("quotas", tests, NULL, NULL);
 }
