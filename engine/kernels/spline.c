@@ -174,7 +174,7 @@ void spline_add_slope(const struct spline *spline, const struct spline_points *p
         double base = (double)start;
         const double *from = points->y + start;
         double *to = out + start;
-#pragma GCC ivdep
+        TURNS_APART
         for (int j = 0; j < count; j++) {
             struct place at = place_scaled(&unit, from[j] + (base + (double)j) * diameter);
             const double *p = c + 4 * at.piece;

@@ -13,7 +13,7 @@ void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
     const double k = wave->inverse_wavelength, phase = wave->phase;
     /* Two at once where it pays: neither has to wait for the other's long sums. */
     const int64_t half = n < DOUBLE_MIN ? 0 : n / 8 * 4;
-#pragma GCC ivdep
+    TURNS_APART
     for (int64_t i = 0; i < half; i++) {
         double near = (y[i] + number(i) * diameter) * k + phase;
         double far = (y[i + half] + number(i + half) * diameter) * k + phase;
@@ -22,7 +22,7 @@ void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
         out[i] += scale * near;
         out[i + half] += scale * far;
     }
-#pragma GCC ivdep
+    TURNS_APART
     for (int64_t i = 2 * half; i < n; i++)
         out[i] += scale * sin_turns((y[i] + number(i) * diameter) * k + phase);
 }
