@@ -153,18 +153,19 @@ size_t bcd_baseline_bytes(const struct bcd_baseline *b)
 /* pairs/sticky.c */
 static void add_attraction(const struct bcd_baseline *b, const double *y, double scale, double *out)
 {
+    const struct attraction attraction = b->attraction;
     const int64_t last = b->n - 1;
     for (int64_t i = 0; i < last; i++) {
         double gap = y[i + 1] - y[i];
-        if (gap < b->attraction.range) {
-            double f = scale * attraction_at(&b->attraction, gap);
+        if (gap < attraction.range) {
+            double f = scale * attraction_at(&attraction, gap);
             out[i] += f;
             out[i + 1] -= f;
         }
     }
     double gap = y[0] + b->ell - y[last];
-    if (gap < b->attraction.range) {
-        double f = scale * attraction_at(&b->attraction, gap);
+    if (gap < attraction.range) {
+        double f = scale * attraction_at(&attraction, gap);
         out[last] += f;
         out[0] -= f;
     }

@@ -71,14 +71,14 @@ static double sticky_range(const void *par)
 /* out[i] += scale * F_i: neighbours closer than eps pull each other together. */
 static void sticky_add_force(const void *par, const struct ring *ring, double scale, double *out)
 {
-    const struct sticky_par *p = par;
-    const double *y = ring->y;
+    const struct attraction attraction = ((const struct sticky_par *)par)->attraction;
+    const double *y = ring->y, range = attraction.range;
     int64_t last = ring->count - 1;
     double pull = scale * ring->temperature;
     for (int64_t i = 0; i < last; i++) {
         double gap = y[i + 1] - y[i];
-        if (gap < p->range) {
-            double f = pull * attraction_at(&p->attraction, gap);
+        if (gap < range) {
+            double f = pull * attraction_at(&attraction, gap);
             out[i] += f;
             out[i + 1] -= f;
         }
@@ -86,8 +86,8 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
     if (ring->walls)
         return;
     double gap = y[0] + ring->free_length - y[last];
-    if (gap < p->range) {
-        double f = pull * attraction_at(&p->attraction, gap);
+    if (gap < range) {
+        double f = pull * attraction_at(&attraction, gap);
         out[last] += f;
         out[0] -= f;
     }
