@@ -91,7 +91,7 @@ handler handle_sweeps_retry, handle_sweeps_cancel;
 
 /* handle_sweep_results.c */
 handler handle_sweep_results_json, handle_sweep_results_csv, handle_sweep_results_lines;
-handler handle_sweep_results_npz;
+handler handle_sweep_results_npz, handle_sweep_results_svg;
 
 /* handle_results.c */
 handler handle_results_all, handle_results_json, handle_results_csv, handle_results_svg;

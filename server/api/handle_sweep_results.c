@@ -11,6 +11,7 @@
 #include "store_sweeps.h"
 #include "stream_rows.h"
 #include "sweep_npz.h"
+#include "sweep_plot.h"
 #include "sweep_rows.h"
 
 #include <stdio.h>
@@ -19,7 +20,7 @@
 
 enum { PAGE_BYTES = 1 << 20, PAGE_POINTS_MAX = 256 };
 
-enum format { FORMAT_JSON, FORMAT_LINES, FORMAT_CSV, FORMAT_NPZ };
+enum format { FORMAT_JSON, FORMAT_LINES, FORMAT_CSV, FORMAT_NPZ, FORMAT_SVG };
 
 struct export
 {
@@ -37,6 +38,8 @@ struct export
     struct sweep_npz *npz;
 };
 
+static struct export *open_export(const struct service *service, const struct call *call,
+                                  enum format format, struct reply *reply);
 static void begin(const struct service *service, const struct call *call, enum format format,
                   struct reply *reply);
 static void end(void *export);
@@ -80,11 +83,58 @@ static void begin(const struct service *service, const struct call *call, enum f
         [FORMAT_CSV] = "text/csv; charset=utf-8; header=present",
         [FORMAT_NPZ] = "application/zip",
     };
+    struct export *export = open_export(service, call, format, reply);
+    if (!export)
+        return;
+    const struct stream stream =
+        stream_rows_take(&(const struct rows){.next = next_row, .free = end, .state = export});
+    reply_stream_take(reply, types[format], &stream);
+}
+
+/* A picture needs all points before its first byte. */
+void handle_sweep_results_svg(const struct service *service, const struct call *call,
+                              struct reply *reply)
+{
+    struct bcd_errors errors = {0};
+    bool failed = false;
+    struct export *export = open_export(service, call, FORMAT_SVG, reply);
+    if (!export)
+        return;
+    struct sweep_plot *plot = sweep_plot_create(export->sweep, call_query(call, "x"),
+                                                call_query(call, "curves"), &errors);
+    while (plot && !failed && !(export->last && export->at == export->count)) {
+        struct bcd_table *table = NULL;
+        if (export->at == export->count) {
+            failed = !turn_page(export);
+            continue;
+        }
+        const struct sweep_point *point = &export->page[export->at++];
+        failed =
+            point->table && bcd_table_load(&table, point->table, point->table_size, NULL) != BCD_OK;
+        if (table)
+            sweep_plot_add(plot, point, table);
+        bcd_table_free(table);
+    }
+    if (errors.count > 0)
+        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
+    else if (failed)
+        reply_store(reply, STORE_BROKEN, "results of the sweep");
+    else
+        reply_text_take(reply, "image/svg+xml",
+                        plot ? sweep_plot_print(plot, export->observable) : NULL);
+    sweep_plot_free(plot);
+    end(export);
+}
+
+/* NULL with the reply filled. */
+static struct export *open_export(const struct service *service, const struct call *call,
+                                  enum format format, struct reply *reply)
+{
     struct sweep_record record = {0};
     enum store_status status = store_sweeps_get(service->store, call->arg[0], &record);
     if (status != STORE_OK) {
         reply_store(reply, status, "such sweep");
-        return;
+        return NULL;
     }
     struct export *export = calloc(1, sizeof(*export));
     bool sound = export != NULL;
@@ -106,12 +156,10 @@ static void begin(const struct service *service, const struct call *call, enum f
     } else if (!sweep_measures(export->sweep, call->arg[1])) {
         reply_problem(reply, PROBLEM_NOT_FOUND, "no job of this sweep measures %s", call->arg[1]);
     } else {
-        const struct stream stream =
-            stream_rows_take(&(const struct rows){.next = next_row, .free = end, .state = export});
-        reply_stream_take(reply, types[format], &stream);
-        return;
+        return export;
     }
     end(export);
+    return NULL;
 }
 
 static void end(void *state)

@@ -77,6 +77,12 @@ static const struct query_row audit_query[] = {
     {0},
 };
 
+static const struct query_row picture_query[] = {
+    {"x", QUERY_TEXT, .doc = "axis that single numbers go along; the first"},
+    {"curves", QUERY_TEXT, .doc = "axis that has a curve for each value; the next"},
+    {0},
+};
+
 static const struct query_row sweeps_query[] = {
     {"owner", QUERY_TEXT, .doc = "sweeps of this owner"},
     {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
@@ -169,6 +175,10 @@ static const struct route routes[] = {
      "getSweepResultArrays", "the same as arrays for numpy.load",
      "An array for each axis, for each column, of job ids and of states; NaN where there is no "
      "result.", .answers = {{200, "application/zip", NULL}}},
+    {"GET", SWEEP "/results/{name}.svg", ROLE_READER, handle_sweep_results_svg,
+     "getSweepResultPicture", "the same as a family of curves; ?x= &curves=",
+     "Jobs that differ in seed alone are averaged; axes not drawn stand at their first value.",
+     .query = picture_query, .answers = {{200, SVG, NULL}}},
     {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
      "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{200, JSON, "Estimate"}}},

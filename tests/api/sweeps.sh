@@ -86,6 +86,17 @@ PYTHON
 check "numpy.load gives the same numbers" /usr/bin/python3 "$T/read.py" "$T"
 result energy energy.json
 check "numbers of one row are numbers" jq -e '.rows[0].energy | type == "number"' "$T/energy.json"
+result energy.svg energy.svg
+check "a picture" type_is image/svg+xml
+check "of the number along the first axis, seeds averaged" sh -c \
+    "grep -q '>diameter<' $T/energy.svg && grep -q 'mean over seeds' $T/energy.svg"
+result 'msd.svg?curves=/diameter' msd.svg
+check "a curve for each value of an axis" sh -c \
+    "grep -q 'diameter = 0.1<' $T/msd.svg && grep -q 'diameter = 0.5<' $T/msd.svg"
+check "both are XML" /usr/bin/python3 -c \
+    "import xml.dom.minidom as m; m.parse('$T/energy.svg'); m.parse('$T/msd.svg')"
+ask GET "/v1/sweeps/$SWEEP/results/msd.svg?curves=/nix"
+check "of axes that there are" status_is 400
 ask GET "/v1/sweeps/$SWEEP/results/current"
 check "what no job measures is not there" status_is 404
 ask GET "/v1/sweeps/$SWEEP/results/msd.xml"

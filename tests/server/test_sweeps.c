@@ -132,6 +132,20 @@ static void assert_counted(struct fixture *f)
             fail_msg("%s", wrong[i]);
 }
 
+/* CHECKs and triggers are awake again when a sweep is in. */
+static void what_rested_wakes_up(void **state)
+{
+    struct fixture *f = *state;
+    sqlite3 *db;
+    assert_int_equal(submit(f, SWEEP("\"/seed\":[1]")), 202);
+    assert_int_equal(STORE_BEGIN(f->service.store, &db), STORE_OK);
+    assert_int_equal(sqlite3_exec(db, "UPDATE jobs SET chunks = 0", NULL, NULL, NULL),
+                     SQLITE_CONSTRAINT_CHECK);
+    assert_int_equal(sqlite3_exec(db, "UPDATE jobs SET state = 'done'", NULL, NULL, NULL),
+                     SQLITE_CONSTRAINT_TRIGGER);
+    assert_int_equal(store_end(f->service.store, STORE_CONFLICT), STORE_CONFLICT);
+}
+
 /* A new trigger on the insertion of jobs must be booked in store_sweeps.c, too. */
 static void triggers_that_rest_are_known(void **state)
 {
@@ -476,6 +490,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(triggers_that_rest_are_known),
+        TEST(what_rested_wakes_up),
         TEST(submitted_and_found_again),
         TEST(labels_and_tags_of_base_and_sweep),
         TEST(refusals_name_the_place),
