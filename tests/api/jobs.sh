@@ -119,6 +119,22 @@ check "filters find by parameters" holds --arg b "$second" '[.jobs[].id] == [$b]
 ask GET '/v1/jobs?potential.amplitude=7'
 check "and find nothing" body_is '{"jobs":[],"next":null}'
 
+ask GET '/v1/jobs?results.energy.energy>=-1e3&sort=-results.energy.energy&state=done'
+check "results are found and sorted by" holds '
+    (.jobs | length) >= 2 and ([.jobs[].state] | unique) == ["done"]'
+sorted=$(for id in $(jq -r '.jobs[].id' "$T/body"); do
+    curl -sS "$URL/v1/jobs/$id/results/energy" | jq .energy
+done | jq -s '. == (sort | reverse)')
+check "from the largest down" test "$sorted" = true
+ask GET '/v1/jobs?sort=seed&limit=2&derived.steps=2000'
+seeds=$(jq -c '[.jobs[].job.seed]' "$T/body")
+ask GET "/v1/jobs?sort=seed&limit=2&derived.steps=2000&cursor=$(jq -r .next "$T/body")"
+check "pages of a sort follow one another" test "$seeds $(jq -c '[.jobs[].job.seed]' "$T/body")" = \
+    "[1,2] [3,77]"
+ask GET '/v1/jobs?results.energy.energi=1'
+check "a misspelt result is told, with the right one" holds '
+    .status == 400 and (.errors[0].detail | contains("results.energy.energy"))'
+
 # ---- cancel
 post_text "$long"
 check "a long job runs" until_state "$ID" running

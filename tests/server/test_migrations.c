@@ -16,6 +16,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -216,6 +217,7 @@ static void a_kill_in_a_migration_changes_nothing(void **state)
     struct migration migrations[VERSIONS_MAX], real;
     struct bench *bench = *state;
     char path[TEMP_DIR_SIZE + 40];
+    struct stat log = {0};
     size_t version;
     pid_t child;
     int status;
@@ -233,10 +235,10 @@ static void a_kill_in_a_migration_changes_nothing(void **state)
         _exit(0);
     }
     /* Once it is over the size of its cache it writes: then it is in the middle. */
-    snprintf(path, sizeof path, "%s/bcd.sqlite-journal", bench->dir);
-    for (int i = 0; i < 3000 && access(path, F_OK) != 0; i++)
+    snprintf(path, sizeof path, "%s/bcd.sqlite-wal", bench->dir);
+    for (int i = 0; i < 3000 && (stat(path, &log) != 0 || log.st_size < 100000); i++)
         usleep(10000);
-    usleep(50000);
+    assert_true(log.st_size >= 100000);
     assert_int_equal(kill(child, SIGKILL), 0);
     assert_int_equal(waitpid(child, &status, 0), child);
     assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
