@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { WORKERS_NICE = 5 };
+
 static const char *option_value(const char *name, char *const **argument);
 static bool parse_listen(const char *text, struct config *config, char *reason, size_t size);
 static bool add_name(const char *name, struct config *config, char *reason, size_t size);
@@ -17,7 +19,7 @@ static size_t cores(void);
 const char *config_usage(void)
 {
     return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--auth MODE]\n"
-           "            [--host-name NAME] [--log all|changes]\n"
+           "            [--host-name NAME] [--log all|changes] [--nice N]\n"
            "       bcdd token create|list|revoke --help\n"
            "Brownian cluster dynamics as a service: jobs in over HTTP, results out.\n"
            "\n"
@@ -25,6 +27,7 @@ const char *config_usage(void)
            "  --listen HOST:PORT  address to listen on (127.0.0.1:8080); port 0 picks one. An\n"
            "                      address that others can reach needs an admin's token first\n"
            "  --workers N         threads that simulate (as many as there are cores)\n"
+           "  --nice N            how far these give way to requests and other programs: 0..19 (5)\n"
            "  --log all|changes   requests in the log: all, or without reads that go well (all)\n"
            "  --auth MODE         auto: on loopback nobody needs a token until there is one;\n"
            "                      required: everybody does; open: nobody, on loopback only\n"
@@ -36,7 +39,7 @@ const char *config_usage(void)
 enum config_action config_parse(int argc, char *const *argv, struct config *config, char *reason,
                                 size_t size)
 {
-    unsigned long workers = cores();
+    unsigned long workers = cores(), nice = WORKERS_NICE;
     *config = (struct config){.host = "127.0.0.1", .port = 8080, .log_reads = true};
     char *const *end = argv + argc;
     for (char *const *argument = argv + 1; argument < end; argument++) {
@@ -62,6 +65,11 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
                          LIMIT_WORKERS_MAX, value);
                 return CONFIG_WRONG;
             }
+        } else if ((value = option_value("--nice", &argument))) {
+            if (!parse_count(value, 19, &nice)) {
+                snprintf(reason, size, "--nice takes a number from 0 to 19, not \"%s\"", value);
+                return CONFIG_WRONG;
+            }
         } else if ((value = option_value("--auth", &argument))) {
             if (!access_mode_parse(value, &config->auth)) {
                 snprintf(reason, size, "--auth takes auto, required or open, not \"%s\"", value);
@@ -76,6 +84,7 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
         }
     }
     config->workers = workers;
+    config->nice = (int)nice;
     if (config->data && config->data[0])
         return CONFIG_RUN;
     snprintf(reason, size, "--data DIR is needed: the place for jobs and results");

@@ -15,6 +15,7 @@ struct config {
     uint16_t port;    /* 0 = pick a free one */
     const char *data; /* borrowed from argv */
     size_t workers;
+    int nice;       /* what is added to theirs */
     bool log_reads; /* a line in the log for each request, not only for those that change or fail */
     enum access_mode auth;
     const char *names[LIMIT_HOST_NAMES_MAX + 1]; /* borrowed; NULL ends them */

@@ -84,6 +84,7 @@ static int serve(const struct config *config)
         snprintf(reason, sizeof(reason), "%zu worker threads cannot be had", config->workers);
         goto cleanup;
     }
+    workers_step_back(service.workers, config->nice);
     const struct http_options options = {.host = config->host,
                                          .names = config->names,
                                          .port = config->port,

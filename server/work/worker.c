@@ -17,10 +17,13 @@
 #include <assert.h>
 #include <signal.h>
 #include <pthread.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 enum {
     SLICE_GROWTH_MAX = 8,    /* a slice is at most this much longer than the one before */
@@ -371,6 +374,7 @@ static void *worker_main(void *context)
     struct worker *worker = context;
     struct task task;
 
+    atomic_store(&worker->id, gettid());
     while (queue_claim(worker->workers->queue, &task)) {
         atomic_store(&worker->seen_ns, now_ns());
         atomic_store(&worker->busy, true);
@@ -414,6 +418,17 @@ struct workers *workers_start(size_t count, struct queue *queue, struct store *s
         return NULL;
     }
     return workers;
+}
+
+void workers_step_back(struct workers *workers, int nice)
+{
+    for (size_t i = 0; i < workers->count; i++) {
+        id_t id;
+
+        while ((id = (id_t)atomic_load(&workers->each[i].id)) == 0) /* it is about to start */
+            sched_yield();
+        setpriority(PRIO_PROCESS, id, getpriority(PRIO_PROCESS, id) + nice);
+    }
 }
 
 void workers_stop(struct workers *workers)

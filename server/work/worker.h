@@ -18,6 +18,10 @@ struct workers;
  * All signals are blocked in them. NULL when the threads cannot be had (the cause is logged). */
 struct workers *workers_start(size_t count, struct queue *queue, struct store *store);
 
+/* Lets others go first: adds to the threads' nice values. Requests take little, and somebody waits
+ * for their answers. Where that is not allowed, all stay equal. */
+void workers_step_back(struct workers *workers, int nice);
+
 /* What they have done since the start, and what they are at. Any thread. */
 struct workers_counts {
     size_t started, alive, busy; /* threads; busy = with a task */

@@ -17,6 +17,7 @@ enum { MEMORY_TRIES_MAX = 8 };
 struct worker {
     struct workers *workers;
     pthread_t thread;
+    atomic_int id; /* the kernel's; 0 = not started yet */
     atomic_bool alive, busy;
     atomic_int_least64_t seen_ns; /* when it last came by its clock */
     atomic_int_least64_t chunks, rod_steps, core_ns;

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # _lib.sh - a daemon of the test's own, requests by curl, checks as TAP. Read with `.` by the others.
 #
-#   daemon_start DIR [options]   starts one on a free port; sets PID and URL
+#   daemon_start DIR [options]   starts one on a free port; sets PID and URL (its workers do not give
+#                                way: tests have deadlines)
 #   daemon_end SIGNAL            ends it and waits; sets EXIT
 #   ask METHOD PATH [curl ...]   sets STATUS and TYPE; the answer is in $T/body and $T/head
 #   post FILE | post_text JSON   submits a job with ask; sets ID
@@ -29,7 +30,7 @@ daemon_start() {
     data=$1
     shift
     : >"$T/stdout"
-    "$B/bcdd" --listen "$LISTEN" --data "$data" "$@" >"$T/stdout" 2>>"$T/stderr" &
+    "$B/bcdd" --listen "$LISTEN" --data "$data" --nice 0 "$@" >"$T/stdout" 2>>"$T/stderr" &
     PID=$!
     URL=
     tries=0

@@ -42,7 +42,7 @@ checked_rate() {
 }
 
 command -v wrk >/dev/null || sh deploy/install-packages.sh long
-daemon_start "$T/data" --workers 2 --log changes
+daemon_start "$T/data" --workers 2 --log changes --nice 5
 post_text "$SHORT"
 SHORT_ID=$ID
 until_state "$SHORT_ID" 'done'

@@ -41,7 +41,9 @@ more() {
     awk -v v="$(value "$1")" -v least="$2" 'BEGIN { exit !(v >= least) }'
 }
 
-daemon_start "$T/data" --workers 2
+daemon_start "$T/data" --workers 2 --nice 7
+check "workers give way, and nobody else" [ "$(ps -L -o ni=,comm= -p "$PID" |
+    awk '($1 == 7) == ($2 == "worker")' | wc -l)" -eq "$(ps -L -o tid= -p "$PID" | wc -l)" ]
 ask GET /readyz
 check "a new server is ready" holds '. == {"status": "ready"}'
 post_text "$SHORT"
@@ -128,5 +130,6 @@ sleep 0.1
 check "--log changes: no line for a read that goes well" sh -c '! grep -q quiet-1 "$1"' - "$T/stderr"
 check "but for one that fails" grep -q loud-1 "$T/stderr"
 daemon_end KILL
+check "--nice takes 0 to 19" sh -c '! "$1/bcdd" --data "$2" --nice 20 2>/dev/null' - "$B" "$T/x"
 check "--log takes two words only" sh -c '! "$1/bcdd" --data "$2" --log some 2>/dev/null' - "$B" "$T/x"
 finish
