@@ -27,7 +27,7 @@ const char *config_usage(void)
            "  --listen HOST:PORT  address to listen on (127.0.0.1:8080); port 0 picks one. An\n"
            "                      address that others can reach needs an admin's token first\n"
            "  --workers N         threads that simulate (as many as there are cores)\n"
-           "  --nice N            how far these give way to requests and other programs: 0..19 (5)\n"
+           "  --nice N            how far they give way to requests and other programs: 0..19 (5)\n"
            "  --log all|changes   requests in the log: all, or without reads that go well (all)\n"
            "  --auth MODE         auto: on loopback nobody needs a token until there is one;\n"
            "                      required: everybody does; open: nobody, on loopback only\n"

@@ -178,7 +178,7 @@ static const struct route routes[] = {
     {"GET", SWEEP "/results/{name}.svg", ROLE_READER, handle_sweep_results_svg,
      "getSweepResultPicture", "the same as a family of curves; ?x= &curves=",
      "Jobs that differ in seed alone are averaged; axes not drawn stand at their first value.",
-     .query = picture_query, .answers = {{200, SVG, NULL}}},
+     .query = picture_query, .answers = {{200, SVG}}},
     {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
      "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{200, JSON, "Estimate"}}},
