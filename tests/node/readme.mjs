@@ -91,7 +91,7 @@ await test('the first job', async () => {
 
 for (const command of all) {
   const name = command.split('\n')[0].replace(/ *#.*/, '');
-  if (name.startsWith('build/bcdd'))
+  if (name.startsWith('build/bcdd --'))
     await test(name, async () => {
       const text = command.replace(':8080', ':0').replace('data data', `data '${join(work, 'other')}'`);
       const child = spawn('sh', ['-c', `exec ${text}`], { cwd: work, stdio: ['ignore', 'pipe', 'ignore'] });
