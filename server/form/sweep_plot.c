@@ -113,7 +113,6 @@ char *sweep_plot_print(const struct sweep_plot *plot, const char *observable)
     struct sweep_plot copy = *plot; /* tables are filled in, nothing is owned */
     struct text small = {0};
     double *values[PLOT_STYLES] = {NULL};
-    size_t rows = 0;
     char *svg = NULL, *subtitle;
     bool sound = !plot->failed;
     for (size_t i = 0; i < plot->count && sound; i++) {
@@ -123,7 +122,6 @@ char *sweep_plot_print(const struct sweep_plot *plot, const char *observable)
         if (sound)
             fill_table(plot, family, values[i]);
         curves[i] = (struct plot_curve){.table = &family->table, .label = family->label};
-        rows += family->rows;
     }
     describe(plot, &small);
     subtitle = text_take(&small);
