@@ -155,6 +155,7 @@ check "cancel: a job that is done: in words" says 'is done already'
 port=${URL##*:}
 bcd submit "$T/medium.json"
 MEDIUM=$(cat "$T/out")
+: >"$T/watched"
 "$B/bcd" watch "$MEDIUM" "$ID" >"$T/watched" 2>"$T/err" &
 watch=$!
 tries=0
