@@ -97,8 +97,8 @@ static bool finds_jump(struct scan *scan, struct point a, struct point b, double
 {
     while (excess(scan, &a, &b) > 1) {
         *x = (a.x + b.x) / 2;
-        if (b.x - a.x <= narrowest * scan->range)
-            return true;
+        if (b.x - a.x <= narrowest * scan->range || *x <= a.x || *x >= b.x)
+            return true; /* doubles have an end too: nothing lies between neighbours */
         struct point middle = look(scan, *x);
         if (!is_finite(&middle))
             return true;

@@ -169,6 +169,15 @@ static void test_not_json(void **state)
     assert_int_equal(errors.items[0].code, BCD_INVALID);
 }
 
+/* A search for jumps must end where there is no number left between two others. */
+static void test_tiny_period(void **state)
+{
+    (void)state;
+    refused("{\"particles\":1,\"boundary\":\"walls\",\"potential\":{\"type\":\"expression\","
+            "\"energy\":\"x^2\",\"period\":2.5e-323}," REST "}",
+            "/potential/energy", "jump");
+}
+
 static void test_size_limit(void **state)
 {
     (void)state;
@@ -378,13 +387,13 @@ static void test_strings(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),   cmocka_unit_test(test_spelling),
-        cmocka_unit_test(test_printed),      cmocka_unit_test(test_not_json),
-        cmocka_unit_test(test_size_limit),   cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_duplicates),   cmocka_unit_test(test_unknown),
-        cmocka_unit_test(test_types),        cmocka_unit_test(test_all_at_once),
-        cmocka_unit_test(test_hostile_keys), cmocka_unit_test(test_number_text),
-        cmocka_unit_test(test_strings),
+        cmocka_unit_test(test_round_trip),  cmocka_unit_test(test_spelling),
+        cmocka_unit_test(test_printed),     cmocka_unit_test(test_not_json),
+        cmocka_unit_test(test_tiny_period), cmocka_unit_test(test_size_limit),
+        cmocka_unit_test(test_numbers),     cmocka_unit_test(test_duplicates),
+        cmocka_unit_test(test_unknown),     cmocka_unit_test(test_types),
+        cmocka_unit_test(test_all_at_once), cmocka_unit_test(test_hostile_keys),
+        cmocka_unit_test(test_number_text), cmocka_unit_test(test_strings),
     };
     return cmocka_run_group_tests_name("scene_json", tests, NULL, NULL);
 }
