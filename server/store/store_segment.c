@@ -424,25 +424,16 @@ enum store_status store_segment_seal_all(sqlite3 *db)
 
 /* ---------------------------------------------------------------- job's end */
 
-static enum store_status is_sealed(sqlite3 *db, int64_t segment, bool *sealed)
-{
-    struct stmt row = stmt_init(db, "SELECT 1 FROM job_segments WHERE segment = :segment");
-
-    stmt_bind_integer(&row, ":segment", segment);
-    *sealed = stmt_step(&row);
-    return stmt_fini(&row);
-}
-
 static enum store_status settle_one(sqlite3 *db, int64_t segment)
 {
-    bool sealed = false;
+    struct stmt row =
+        news_of(db,
+                "SELECT count(*)" OF_NEWS
+                " AND EXISTS (SELECT 1 FROM job_segments WHERE segment = :first >> 10)",
+                KEY_FINISHED, segment);
     int64_t news = 0;
-    enum store_status status = is_sealed(db, segment, &sealed);
-    struct stmt row;
+    enum store_status status;
 
-    if (status || !sealed)
-        return status;
-    row = news_of(db, "SELECT count(*)" OF_NEWS, KEY_FINISHED, segment);
     if (stmt_step(&row))
         news = stmt_integer(&row, 0);
     status = stmt_fini(&row);
@@ -459,44 +450,59 @@ enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last)
     return status;
 }
 
-static enum store_status put_news(sqlite3 *db, int64_t seq, const char *path, double value)
-{
+/* The scalars of one result, by one statement. */
+struct putting {
+    sqlite3 *db;
     struct stmt row;
-    int64_t key = 0;
-    enum store_status status = isfinite(value) ? key_of(db, path, &key) : STORE_OK;
+    int64_t seq;
+};
 
-    if (status || !isfinite(value))
-        return status;
-    row = stmt_init(db, "INSERT OR REPLACE INTO job_news (key, job, value)"
-                        " VALUES (:key, :job, :value)");
-    stmt_bind_integer(&row, ":key", key);
-    stmt_bind_integer(&row, ":job", seq);
-    stmt_bind_number(&row, ":value", value);
-    return stmt_run(&row, NULL);
+static enum store_status put_news(struct putting *putting, const char *path, double value)
+{
+    struct stmt *row = &putting->row;
+    int64_t key = 0;
+
+    if (!isfinite(value))
+        return row->status;
+    for (int tries = 0; tries < 2 && !row->status; tries++) {
+        stmt_again(row);
+        stmt_bind_text(row, ":path", path);
+        stmt_bind_integer(row, ":job", putting->seq);
+        stmt_bind_number(row, ":value", value);
+        stmt_step(row);
+        if (row->status || sqlite3_changes(putting->db) > 0)
+            break;
+        row->status = key_of(putting->db, path, &key); /* the first of its kind */
+    }
+    stmt_again(row);
+    return row->status;
 }
 
 enum store_status store_segment_result(sqlite3 *db, int64_t seq, const void *bytes, size_t size)
 {
     struct bcd_table *table = NULL;
+    struct putting putting = {.db = db, .seq = seq};
     char path[SCALAR_PATH_SIZE];
     enum store_status status = STORE_OK;
 
     if (bcd_table_load(&table, bytes, size, NULL) != BCD_OK)
         return STORE_OK;
+    putting.row = stmt_init(db, "INSERT OR REPLACE INTO job_news (key, job, value)"
+                                " SELECT id, :job, :value FROM job_keys WHERE path = :path");
     for (size_t i = 0; table->scalar && i < table->columns && status == STORE_OK; i++) {
         const struct bcd_column *column = &table->column[i];
 
         snprintf(path, sizeof path, "results.%s.%s", table->name, column->name);
         if (column->values && table->rows > 0)
-            status = put_news(db, seq, path, column->values[0]);
+            status = put_news(&putting, path, column->values[0]);
     }
     for (size_t i = 0; i < table->notes && status == STORE_OK; i++) {
         const struct bcd_note *note = &table->note[i];
 
         snprintf(path, sizeof path, "results.%s.%s", table->name, note->name);
         if (!note->text[0])
-            status = put_news(db, seq, path, note->number);
+            status = put_news(&putting, path, note->number);
     }
     bcd_table_free(table);
-    return status;
+    return stmt_fini(&putting.row);
 }
