@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_access.c - who gets in: tokens good and bad, roles on every route, owners and their jobs. */
+#include "desk.h"
 #include "limits.h"
-#include "routes.h"
 #include "secret.h"
 #include "store_internal.h"
 #include "store_tokens.h"
-#include "temp_dir.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,29 +15,21 @@
 #include <cmocka.h>
 
 struct fixture {
-    char dir[TEMP_DIR_SIZE];
-    struct service service;
-    struct reply reply;
+    struct desk desk;
     char secret[ROLES][SECRET_SIZE]; /* of owners named like their role */
     char id[ROLES][TOKEN_ID_SIZE];
 };
 
 static const struct identity operator_here = {.owner = OWNER_LOCAL, .role = ROLE_ADMIN};
 
-#define JOB(more)                                                                                  \
-    "{\"particles\":5,\"length\":10,\"diameter\":0.5,\"time\":1,\"time_step\":0.01,"               \
-    "\"observables\":{\"energy\":{}}" more "}"
-
 static int setup(void **state)
 {
     struct fixture *f = calloc(1, sizeof(*f));
     char reason[256];
-    temp_dir_make(f->dir);
     *state = f;
-    if (store_open(&f->service.store, f->dir, reason, sizeof(reason)) != STORE_OK ||
-        queue_create(&f->service.queue, f->service.store) != STORE_OK)
+    if (desk_open(&f->desk) != 0)
         return -1;
-    return access_create(&f->service.access, f->service.store, ACCESS_AUTO, true, reason,
+    return access_create(&f->desk.service.access, f->desk.service.store, ACCESS_AUTO, true, reason,
                          sizeof(reason)) == STORE_OK
                ? 0
                : -1;
@@ -47,12 +38,8 @@ static int setup(void **state)
 static int teardown(void **state)
 {
     struct fixture *f = *state;
-    reply_fini(&f->reply);
-    queue_stop(f->service.queue);
-    queue_free(f->service.queue);
-    access_free(f->service.access);
-    store_close(f->service.store);
-    temp_dir_remove(f->dir);
+    access_free(f->desk.service.access);
+    desk_close(&f->desk);
     free(f);
     return 0;
 }
@@ -66,23 +53,15 @@ static int ask_with(struct fixture *f, const char *authorization, const char *me
                                     .authorization = authorization,
                                     .body = body ? body : "",
                                     .body_size = body ? strlen(body) : 0};
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, &request, &f->reply);
-    return f->reply.status;
+    return desk_send(&f->desk, &request);
 }
 
-static int ask(struct fixture *f, enum role role, const char *method, const char *path,
-               const char *body)
+static int ask_as(struct fixture *f, enum role role, const char *method, const char *path,
+                  const char *body)
 {
     char header[SECRET_SIZE + 8];
     snprintf(header, sizeof(header), "Bearer %s", f->secret[role]);
     return ask_with(f, role == ROLE_NONE ? NULL : header, method, path, body);
-}
-
-static void assert_says(const struct fixture *f, const char *part)
-{
-    if (!strstr(f->reply.body, part))
-        fail_msg("no %s in %s", part, f->reply.body);
 }
 
 static int64_t count(struct store *store, const char *sql)
@@ -100,10 +79,10 @@ static void add_token(struct fixture *f, enum role role, int64_t expires_ms, cha
     struct token_record token = {.role = role, .expires_ms = expires_ms};
     snprintf(token.owner, sizeof(token.owner), "%s", role_name(role));
     assert_true(secret_make(secret) && secret_hash(secret, token.hash));
-    assert_int_equal(store_tokens_add(f->service.store, &token, &operator_here), STORE_OK);
+    assert_int_equal(store_tokens_add(f->desk.service.store, &token, &operator_here), STORE_OK);
     if (id)
         snprintf(id, TOKEN_ID_SIZE, "%s", token.id);
-    assert_int_equal(access_reload(f->service.access), STORE_OK);
+    assert_int_equal(access_reload(f->desk.service.access), STORE_OK);
 }
 
 static void add_all(struct fixture *f)
@@ -143,47 +122,48 @@ static void loopback_without_tokens(void **state)
     struct fixture *f = *state;
     char reason[256], secret[SECRET_SIZE], id[TOKEN_ID_SIZE];
     struct access *other = NULL;
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/v1/me", NULL), 200);
-    assert_says(f, "\"role\":\"admin\",\"token\":null,\"owner\":\"local\"");
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/me", NULL), 200);
+    assert_says(&f->desk, "\"role\":\"admin\",\"token\":null,\"owner\":\"local\"");
     assert_int_equal(
-        access_create(&other, f->service.store, ACCESS_AUTO, false, reason, sizeof(reason)),
+        access_create(&other, f->desk.service.store, ACCESS_AUTO, false, reason, sizeof(reason)),
         STORE_CONFLICT);
     assert_non_null(strstr(reason, "bcdd token create"));
     add_token(f, ROLE_ADMIN, 0, secret, id);
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/v1/me", NULL), 401);
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/me", NULL), 401);
     assert_int_equal(
-        access_create(&other, f->service.store, ACCESS_OPEN, false, reason, sizeof(reason)),
+        access_create(&other, f->desk.service.store, ACCESS_OPEN, false, reason, sizeof(reason)),
         STORE_CONFLICT);
     assert_int_equal(
-        access_create(&other, f->service.store, ACCESS_AUTO, false, reason, sizeof(reason)),
+        access_create(&other, f->desk.service.store, ACCESS_AUTO, false, reason, sizeof(reason)),
         STORE_OK);
     access_free(other);
-    assert_int_equal(store_tokens_revoke(f->service.store, id, true, &operator_here), STORE_OK);
-    assert_int_equal(access_reload(f->service.access), STORE_OK);
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/v1/me", NULL), 401);
+    assert_int_equal(store_tokens_revoke(f->desk.service.store, id, true, &operator_here),
+                     STORE_OK);
+    assert_int_equal(access_reload(f->desk.service.access), STORE_OK);
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/me", NULL), 401);
     assert_int_equal(
-        access_create(&other, f->service.store, ACCESS_AUTO, false, reason, sizeof(reason)),
+        access_create(&other, f->desk.service.store, ACCESS_AUTO, false, reason, sizeof(reason)),
         STORE_CONFLICT);
 }
 
 static void named_modes(void **state)
 {
     struct fixture *f = *state;
-    struct access *before = f->service.access;
+    struct access *before = f->desk.service.access;
     char reason[256], secret[SECRET_SIZE];
-    assert_int_equal(access_create(&f->service.access, f->service.store, ACCESS_REQUIRED, true,
-                                   reason, sizeof(reason)),
+    assert_int_equal(access_create(&f->desk.service.access, f->desk.service.store, ACCESS_REQUIRED,
+                                   true, reason, sizeof(reason)),
                      STORE_OK);
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/v1/me", NULL), 401);
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/healthz", NULL), 200);
-    access_free(f->service.access);
-    assert_int_equal(access_create(&f->service.access, f->service.store, ACCESS_OPEN, true, reason,
-                                   sizeof(reason)),
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/me", NULL), 401);
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/healthz", NULL), 200);
+    access_free(f->desk.service.access);
+    assert_int_equal(access_create(&f->desk.service.access, f->desk.service.store, ACCESS_OPEN,
+                                   true, reason, sizeof(reason)),
                      STORE_OK);
     add_token(f, ROLE_ADMIN, 0, secret, NULL);
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/v1/me", NULL), 200);
-    access_free(f->service.access);
-    f->service.access = before;
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/me", NULL), 200);
+    access_free(f->desk.service.access);
+    f->desk.service.access = before;
 }
 
 static void bad_tokens(void **state)
@@ -204,7 +184,7 @@ static void bad_tokens(void **state)
     add_all(f);
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         assert_int_equal(ask_with(f, cases[i].header, "GET", "/v1/jobs", NULL), 401);
-        assert_says(f, cases[i].why);
+        assert_says(&f->desk, cases[i].why);
     }
     snprintf(header, sizeof(header), "bearer  %s", f->secret[ROLE_READER]);
     assert_int_equal(ask_with(f, header, "GET", "/v1/jobs", NULL), 200);
@@ -213,16 +193,16 @@ static void bad_tokens(void **state)
     add_token(f, ROLE_ADMIN, store_now_ms() - 1, secret, NULL);
     snprintf(header, sizeof(header), "Bearer %s", secret);
     assert_int_equal(ask_with(f, header, "GET", "/v1/jobs", NULL), 401);
-    assert_says(f, "has expired");
+    assert_says(&f->desk, "has expired");
     assert_int_equal(ask_with(f, header, "GET", "/healthz", NULL), 200);
     add_token(f, ROLE_READER, store_now_ms() + 60000, secret, id);
     snprintf(header, sizeof(header), "Bearer %s", secret);
     assert_int_equal(ask_with(f, header, "GET", "/v1/jobs", NULL), 200);
     snprintf(header, sizeof(header), "/v1/tokens/%s", id);
-    assert_int_equal(ask(f, ROLE_ADMIN, "DELETE", header, NULL), 200);
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "DELETE", header, NULL), 200);
     snprintf(header, sizeof(header), "Bearer %s", secret);
     assert_int_equal(ask_with(f, header, "GET", "/v1/jobs", NULL), 401);
-    assert_says(f, "was revoked");
+    assert_says(&f->desk, "was revoked");
 }
 
 /* "/v1/jobs/{id}/results/{name}" as a path. */
@@ -252,25 +232,20 @@ static void every_route_keeps_lesser_roles_out(void **state)
         assert_true(route->role != ROLE_NONE || strncmp(path, "/v1/", 4) != 0 ||
                     strncmp(path, "/v1/schema/", 11) == 0);
         for (int role = ROLE_NONE; role < (int)route->role; role++) {
-            int status = ask(f, role, route->method, path, "{}");
+            int status = ask_as(f, role, route->method, path, "{}");
             if (status != (role == ROLE_NONE ? 401 : 403))
                 fail_msg("%s %s as %s: %d", route->method, path, role_name(role), status);
             guarded++;
         }
     }
     assert_true(guarded > 30);
-    assert_int_equal(ask(f, ROLE_READER, "GET", "/v1/jobs", NULL), 200);
-    assert_int_equal(ask(f, ROLE_READER, "POST", "/v1/estimate", JOB("")), 200);
-    assert_int_equal(ask(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB("")), 202);
-    assert_int_equal(ask(f, ROLE_OPERATOR, "DELETE", "/v1/jobs/jnone", NULL), 404);
-    assert_int_equal(ask(f, ROLE_ADMIN, "GET", "/v1/tokens", NULL), 200);
-    assert_null(strstr(f->reply.body, "bcd_"));
-    assert_null(strstr(f->reply.body, "hash"));
-}
-
-static void take_id(const struct fixture *f, char id[JOB_ID_SIZE])
-{
-    assert_int_equal(sscanf(f->reply.body, "{\"id\":\"%23[a-z0-9-]", id), 1);
+    assert_int_equal(ask_as(f, ROLE_READER, "GET", "/v1/jobs", NULL), 200);
+    assert_int_equal(ask_as(f, ROLE_READER, "POST", "/v1/estimate", JOB("")), 200);
+    assert_int_equal(ask_as(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB("")), 202);
+    assert_int_equal(ask_as(f, ROLE_OPERATOR, "DELETE", "/v1/jobs/jnone", NULL), 404);
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "GET", "/v1/tokens", NULL), 200);
+    assert_null(strstr(f->desk.reply.body, "bcd_"));
+    assert_null(strstr(f->desk.reply.body, "hash"));
 }
 
 static void jobs_belong_to_who_submitted_them(void **state)
@@ -278,34 +253,34 @@ static void jobs_belong_to_who_submitted_them(void **state)
     struct fixture *f = *state;
     char id[JOB_ID_SIZE], other[JOB_ID_SIZE], path[64];
     add_all(f);
-    assert_int_equal(ask(f, ROLE_OPERATOR, "POST", "/v1/jobs", JOB("")), 202);
-    assert_says(f, "\"owner\":\"operator\"");
-    take_id(f, id);
+    assert_int_equal(ask_as(f, ROLE_OPERATOR, "POST", "/v1/jobs", JOB("")), 202);
+    assert_says(&f->desk, "\"owner\":\"operator\"");
+    desk_take_id(&f->desk, id);
     /* The same job of another is that job, and stays theirs. */
-    assert_int_equal(ask(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB("")), 200);
-    assert_says(f, "\"owner\":\"operator\"");
-    take_id(f, other);
+    assert_int_equal(ask_as(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB("")), 200);
+    assert_says(&f->desk, "\"owner\":\"operator\"");
+    desk_take_id(&f->desk, other);
     assert_string_equal(id, other);
     snprintf(path, sizeof(path), "/v1/jobs/%s", id);
-    assert_int_equal(ask(f, ROLE_SUBMITTER, "DELETE", path, NULL), 403);
-    assert_says(f, "belongs to operator");
-    assert_int_equal(ask(f, ROLE_SUBMITTER, "DELETE", "/v1/jobs/jnone", NULL), 404);
-    assert_int_equal(ask(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB(",\"seed\":2")), 202);
-    take_id(f, id);
+    assert_int_equal(ask_as(f, ROLE_SUBMITTER, "DELETE", path, NULL), 403);
+    assert_says(&f->desk, "belongs to operator");
+    assert_int_equal(ask_as(f, ROLE_SUBMITTER, "DELETE", "/v1/jobs/jnone", NULL), 404);
+    assert_int_equal(ask_as(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB(",\"seed\":2")), 202);
+    desk_take_id(&f->desk, id);
     snprintf(path, sizeof(path), "/v1/jobs/%s", id);
-    assert_int_equal(ask(f, ROLE_READER, "DELETE", path, NULL), 403);
-    assert_int_equal(ask(f, ROLE_SUBMITTER, "DELETE", path, NULL), 200);
-    assert_int_equal(ask(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB(",\"seed\":3")), 202);
-    take_id(f, id);
+    assert_int_equal(ask_as(f, ROLE_READER, "DELETE", path, NULL), 403);
+    assert_int_equal(ask_as(f, ROLE_SUBMITTER, "DELETE", path, NULL), 200);
+    assert_int_equal(ask_as(f, ROLE_SUBMITTER, "POST", "/v1/jobs", JOB(",\"seed\":3")), 202);
+    desk_take_id(&f->desk, id);
     snprintf(path, sizeof(path), "/v1/jobs/%s", id);
-    assert_int_equal(ask(f, ROLE_OPERATOR, "DELETE", path, NULL), 200);
+    assert_int_equal(ask_as(f, ROLE_OPERATOR, "DELETE", path, NULL), 200);
     /* All of it stands in the audit log, newest first. */
-    assert_int_equal(ask(f, ROLE_ADMIN, "GET", "/v1/audit", NULL), 200);
-    assert_says(f, "{\"entries\":[{\"owner\":\"operator\",\"token\":\"t");
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "GET", "/v1/audit", NULL), 200);
+    assert_says(&f->desk, "{\"entries\":[{\"owner\":\"operator\",\"token\":\"t");
     snprintf(path, sizeof(path), "\"action\":\"job.cancel\",\"object\":\"%s\"", id);
-    assert_says(f, path);
+    assert_says(&f->desk, path);
     snprintf(path, sizeof(path), "\"action\":\"job.submit\",\"object\":\"%s\"", id);
-    assert_says(f, path);
+    assert_says(&f->desk, path);
 }
 
 static void tokens_over_http(void **state)
@@ -329,29 +304,30 @@ static void tokens_over_http(void **state)
     char header[256], path[64], secret[SECRET_SIZE], id[TOKEN_ID_SIZE];
     /* The first one over loopback, which is open till then; only an admin's will do. */
     assert_int_equal(
-        ask(f, ROLE_NONE, "POST", "/v1/tokens", "{\"owner\":\"a\",\"role\":\"operator\"}"), 409);
-    assert_int_equal(ask(f, ROLE_NONE, "POST", "/v1/tokens",
-                         "{\"owner\":\"a\",\"role\":\"admin\",\"name\":\"n \\\"1\\\"\"}"),
+        ask_as(f, ROLE_NONE, "POST", "/v1/tokens", "{\"owner\":\"a\",\"role\":\"operator\"}"), 409);
+    assert_int_equal(ask_as(f, ROLE_NONE, "POST", "/v1/tokens",
+                            "{\"owner\":\"a\",\"role\":\"admin\",\"name\":\"n \\\"1\\\"\"}"),
                      201);
     assert_int_equal(
-        sscanf(f->reply.body, "{\"token\":\"%56[a-z2-7_]\",\"id\":\"%23[a-z0-9]", secret, id), 2);
-    assert_says(f, "\"name\":\"n \\\"1\\\"\"");
+        sscanf(f->desk.reply.body, "{\"token\":\"%56[a-z2-7_]\",\"id\":\"%23[a-z0-9]", secret, id),
+        2);
+    assert_says(&f->desk, "\"name\":\"n \\\"1\\\"\"");
     snprintf(f->secret[ROLE_ADMIN], SECRET_SIZE, "%s", secret);
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/v1/tokens", NULL), 401);
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/tokens", NULL), 401);
     for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
-        if (ask(f, ROLE_ADMIN, "POST", "/v1/tokens", bad[i]) != 422)
-            fail_msg("%s: %d", bad[i], f->reply.status);
-    assert_int_equal(ask(f, ROLE_ADMIN, "POST", "/v1/tokens", "token"), 400);
+        if (ask_as(f, ROLE_ADMIN, "POST", "/v1/tokens", bad[i]) != 422)
+            fail_msg("%s: %d", bad[i], f->desk.reply.status);
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "POST", "/v1/tokens", "token"), 400);
     /* The last admin's token stays, until there is another. */
     snprintf(path, sizeof(path), "/v1/tokens/%s", id);
-    assert_int_equal(ask(f, ROLE_ADMIN, "DELETE", path, NULL), 409);
-    assert_int_equal(ask(f, ROLE_ADMIN, "DELETE", "/v1/tokens/tnone", NULL), 404);
-    assert_int_equal(ask(f, ROLE_ADMIN, "POST", "/v1/tokens",
-                         "{\"owner\":\"b\",\"role\":\"admin\",\"expires_in\":60}"),
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "DELETE", path, NULL), 409);
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "DELETE", "/v1/tokens/tnone", NULL), 404);
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "POST", "/v1/tokens",
+                            "{\"owner\":\"b\",\"role\":\"admin\",\"expires_in\":60}"),
                      201);
-    assert_int_equal(sscanf(f->reply.body, "{\"token\":\"%56[a-z2-7_]", secret), 1);
-    assert_int_equal(ask(f, ROLE_ADMIN, "DELETE", path, NULL), 200);
-    assert_int_equal(ask(f, ROLE_ADMIN, "GET", "/v1/tokens", NULL), 401);
+    assert_int_equal(sscanf(f->desk.reply.body, "{\"token\":\"%56[a-z2-7_]", secret), 1);
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "DELETE", path, NULL), 200);
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "GET", "/v1/tokens", NULL), 401);
     snprintf(header, sizeof(header), "Bearer %s", secret);
     assert_int_equal(ask_with(f, header, "GET", "/v1/tokens", NULL), 200);
     assert_int_equal(ask_with(f, header, "DELETE", path, NULL), 409); /* once only */
@@ -365,7 +341,8 @@ static void refusals_are_noted_now_and_then(void **state)
     for (int i = 0; i < 100; i++)
         assert_int_equal(ask_with(f, "Bearer x", "GET", "/v1/jobs", NULL), 401);
     assert_int_equal(
-        count(f->service.store, "SELECT count(*) FROM audit WHERE action = 'access.refuse'"), 1);
+        count(f->desk.service.store, "SELECT count(*) FROM audit WHERE action = 'access.refuse'"),
+        1);
 }
 
 static void the_audit_log_is_bounded(void **state)
@@ -377,15 +354,16 @@ static void the_audit_log_is_bounded(void **state)
              " INSERT INTO audit (time_ms, owner, action, object, detail)"
              " SELECT i, 'x', 'test', '', '' FROM n",
              LIMIT_AUDIT_ROWS_MAX + 10);
-    assert_int_equal(store_exec(f->service.store->writer, sql), STORE_OK);
-    assert_int_equal(
-        store_audit_write(f->service.store, &(struct audit_new){&operator_here, "last", "o", "d"}),
-        STORE_OK);
-    assert_int_equal(count(f->service.store, "SELECT count(*) FROM audit"), LIMIT_AUDIT_ROWS_MAX);
-    assert_int_equal(ask(f, ROLE_NONE, "GET", "/v1/audit", NULL), 200);
-    assert_says(f, "{\"entries\":[{\"owner\":\"local\",\"token\":null,\"action\":\"last\","
-                   "\"object\":\"o\",\"detail\":\"d\",\"time\":\"20");
-    assert_null(strstr(f->reply.body, "\"next\":null"));
+    assert_int_equal(store_exec(f->desk.service.store->writer, sql), STORE_OK);
+    assert_int_equal(store_audit_write(f->desk.service.store,
+                                       &(struct audit_new){&operator_here, "last", "o", "d"}),
+                     STORE_OK);
+    assert_int_equal(count(f->desk.service.store, "SELECT count(*) FROM audit"),
+                     LIMIT_AUDIT_ROWS_MAX);
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/audit", NULL), 200);
+    assert_says(&f->desk, "{\"entries\":[{\"owner\":\"local\",\"token\":null,\"action\":\"last\","
+                          "\"object\":\"o\",\"detail\":\"d\",\"time\":\"20");
+    assert_null(strstr(f->desk.reply.body, "\"next\":null"));
 }
 
 #define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)

@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * handle_find.c without a socket: what GET /v1/jobs understands, and what it refuses. */
+#include "desk.h"
 #include "limits.h"
-#include "reply.h"
-#include "routes.h"
-#include "store_jobs.h"
-#include "temp_dir.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,73 +11,17 @@
 
 #include <cmocka.h>
 
-struct fixture {
-    char dir[TEMP_DIR_SIZE];
-    struct service service;
-    struct reply reply; /* of the latest request */
-};
-
-#define JOB(more)                                                                                  \
-    "{\"particles\":5,\"length\":10,\"diameter\":0.5,\"time\":1,\"time_step\":0.01,"               \
-    "\"observables\":{\"energy\":{}}" more "}"
-
-static int setup(void **state)
-{
-    struct fixture *f = calloc(1, sizeof(*f));
-    char reason[256];
-    temp_dir_make(f->dir);
-    *state = f;
-    if (store_open(&f->service.store, f->dir, reason, sizeof(reason)) != STORE_OK)
-        return -1;
-    return queue_create(&f->service.queue, f->service.store) == STORE_OK ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    struct fixture *f = *state;
-    reply_fini(&f->reply);
-    queue_stop(f->service.queue);
-    queue_free(f->service.queue);
-    store_close(f->service.store);
-    temp_dir_remove(f->dir);
-    free(f);
-    return 0;
-}
-
-static int send_request(struct fixture *f, const struct request *request)
-{
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, request, &f->reply);
-    assert_int_equal(f->reply.body_size, strlen(f->reply.body));
-    return f->reply.status;
-}
-
-static int ask(struct fixture *f, const char *method, const char *path, const char *body)
-{
-    const struct request request = {.method = method,
-                                    .path = path,
-                                    .body = body ? body : "",
-                                    .body_size = body ? strlen(body) : 0};
-    return send_request(f, &request);
-}
-
-static int ask_list(struct fixture *f, const char *name, const char *value)
+static int ask_list(struct desk *f, const char *name, const char *value)
 {
     const struct request_query query = {name, value};
     const struct request request = {
         .method = "GET", .path = "/v1/jobs", .body = "", .query = &query, .query_count = 1};
-    return send_request(f, &request);
-}
-
-static void assert_says(const struct fixture *f, const char *part)
-{
-    if (!strstr(f->reply.body, part))
-        fail_msg("no %s in %s", part, f->reply.body);
+    return desk_send(f, &request);
 }
 
 static void lists(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char job[512];
     for (int i = 1; i <= 3; i++) {
         snprintf(job, sizeof(job), JOB(",\"seed\":%d"), i);
@@ -181,7 +122,7 @@ static const char *const good[][2] = {{"limit", "1000"},
 
 static void bad_lists(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
         if (ask_list(f, bad[i][0], bad[i][1]) != 400)
             fail_msg("%s=%s gave %d", bad[i][0], bad[i][1], f->reply.status);
@@ -195,13 +136,13 @@ static void bad_lists(void **state)
         query[i] = (struct request_query){"particles", "5"};
     struct request request = {.method = "GET", .path = "/v1/jobs", .body = "", .query = query};
     request.query_count = LIMIT_FILTERS_MAX;
-    assert_int_equal(send_request(f, &request), 200);
+    assert_int_equal(desk_send(f, &request), 200);
     request.query_count = LIMIT_FILTERS_MAX + 1;
-    assert_int_equal(send_request(f, &request), 400);
+    assert_int_equal(desk_send(f, &request), 400);
 }
 
 /* How many jobs a list with one parameter has; each has its seed once. */
-static int count_listed(struct fixture *f, const char *name, const char *value)
+static int count_listed(struct desk *f, const char *name, const char *value)
 {
     int count = 0;
     assert_int_equal(ask_list(f, name, value), 200);
@@ -212,7 +153,7 @@ static int count_listed(struct fixture *f, const char *name, const char *value)
 
 static void filters_say_what_they_mean(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char job[512];
     for (int i = 1; i <= 5; i++) {
         snprintf(job, sizeof(job), JOB(",\"seed\":%d,\"label\":\"%d..\",\"tags\":[\"t%d\"]"), i, i,
@@ -246,8 +187,8 @@ static void filters_say_what_they_mean(void **state)
         .body = "{\"base\":" JOB("") ",\"axes\":{\"/seed\":[4,5,6,7]}}",
         .body_size = strlen("{\"base\":" JOB("") ",\"axes\":{\"/seed\":[4,5,6,7]}}")};
     char id[JOB_ID_SIZE];
-    assert_int_equal(send_request(f, &sweep), 202);
-    assert_int_equal(sscanf(f->reply.body, "{\"id\":\"%23[a-z0-9-]", id), 1);
+    assert_int_equal(desk_send(f, &sweep), 202);
+    desk_take_id(f, id);
     assert_int_equal(count_listed(f, "sweep", id), 4); /* two of them were there already */
     assert_int_equal(ask_list(f, "diametr", "1"), 400);
     assert_says(f, "did you mean \\\"diameter\\\"?");
@@ -255,14 +196,12 @@ static void filters_say_what_they_mean(void **state)
     assert_says(f, "known are observables.msd.first, ");
 }
 
-#define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(lists),
-        TEST(bad_lists),
-        TEST(filters_say_what_they_mean),
+        DESK_TEST(lists),
+        DESK_TEST(bad_lists),
+        DESK_TEST(filters_say_what_they_mean),
     };
     return cmocka_run_group_tests_name("find", tests, NULL, NULL);
 }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_quotas.c - what each owner may have, and what is said before a job is submitted. */
 #include "calibration.h"
+#include "desk.h"
 #include "job_bench.h"
 #include "limits.h"
-#include "routes.h"
 #include "store_internal.h"
 #include "store_results.h"
 
@@ -15,48 +15,21 @@
 
 #include <cmocka.h>
 
-struct fixture {
-    struct bench *bench;
-    struct service service;
-    struct reply reply;
-};
-
-#define JOB(more)                                                                                  \
-    "{\"particles\":5,\"length\":10,\"diameter\":0.5,\"time\":1,\"time_step\":0.01,"               \
-    "\"observables\":{\"energy\":{}}" more "}"
-
-static struct fixture open_service(struct bench *bench)
+static struct desk open_service(struct bench *bench)
 {
-    struct fixture f = {.bench = bench, .service = {.store = bench->store}};
+    struct desk f = {.service = {.store = bench->store}};
     assert_int_equal(queue_create(&f.service.queue, bench->store), STORE_OK);
     return f;
 }
 
-static void close_service(struct fixture *f)
+static void close_service(struct desk *f)
 {
     reply_fini(&f->reply);
     queue_stop(f->service.queue);
     queue_free(f->service.queue);
 }
 
-static int ask(struct fixture *f, const char *method, const char *path, const char *body)
-{
-    const struct request request = {.method = method,
-                                    .path = path,
-                                    .body = body ? body : "",
-                                    .body_size = body ? strlen(body) : 0};
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, &request, &f->reply);
-    return f->reply.status;
-}
-
-static void assert_says(const struct fixture *f, const char *part)
-{
-    if (!strstr(f->reply.body, part))
-        fail_msg("no %s in %s", part, f->reply.body);
-}
-
-static double number(const struct fixture *f, const char *name)
+static double number(const struct desk *f, const char *name)
 {
     char key[64];
     snprintf(key, sizeof(key), "\"%s\":", name);
@@ -68,12 +41,12 @@ static double number(const struct fixture *f, const char *name)
 
 static void queued_points(void **state)
 {
-    struct fixture f = open_service(*state);
+    struct desk f = open_service(*state);
     char id[JOB_ID_SIZE], path[64];
     assert_int_equal(ask(&f, "PUT", "/v1/owners/local", "{\"queued_points\":2}"), 200);
     assert_says(&f, "\"queued_points\":{\"limit\":2,\"used\":0}");
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB("")), 202);
-    assert_int_equal(sscanf(f.reply.body, "{\"id\":\"%23[a-z0-9-]", id), 1);
+    desk_take_id(&f, id);
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB(",\"seed\":2")), 202);
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB(",\"seed\":3")), 429);
     assert_says(&f, "over-quota");
@@ -94,7 +67,7 @@ static void queued_points(void **state)
 
 static void core_seconds(void **state)
 {
-    struct fixture f = open_service(*state);
+    struct desk f = open_service(*state);
     char body[128];
     assert_int_equal(ask(&f, "POST", "/v1/estimate", JOB("")), 200);
     double need = number(&f, "core_seconds");
@@ -116,7 +89,7 @@ static void core_seconds(void **state)
 /* Expected while a job waits, real when it is done, nothing when it left nothing. */
 static void stored_bytes(void **state)
 {
-    struct fixture f = open_service(*state);
+    struct desk f = open_service(*state);
     struct result_new result = {"energy", "0123456789", 10};
     char a[JOB_ID_SIZE], b[JOB_ID_SIZE];
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB("")), 202);
@@ -141,7 +114,7 @@ static void stored_bytes(void **state)
 static void sweeps_count_by_their_points(void **state)
 {
     static const char sweep[] = "{\"base\":" JOB("") ",\"axes\":{\"/seed\":[1,2,3]}}";
-    struct fixture f = open_service(*state);
+    struct desk f = open_service(*state);
     assert_int_equal(ask(&f, "PUT", "/v1/owners/local", "{\"queued_points\":2}"), 200);
     assert_int_equal(ask(&f, "POST", "/v1/sweeps", sweep), 429);
     assert_says(&f, "\"quota\":\"queued_points\",\"limit\":2,\"used\":0,\"needed\":3");
@@ -161,7 +134,7 @@ static void faulty_quotas(void **state)
         "{\"stored_bytes\":1e16}",
         "[]",
     };
-    struct fixture f = open_service(*state);
+    struct desk f = open_service(*state);
     for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
         if (ask(&f, "PUT", "/v1/owners/anna", bad[i]) != 422)
             fail_msg("%s: %d", bad[i], f.reply.status);
@@ -177,7 +150,7 @@ static void faulty_quotas(void **state)
 
 static void what_waits_goes_before(void **state)
 {
-    struct fixture f = open_service(*state);
+    struct desk f = open_service(*state);
     struct ticket other = {.owner = "bert"};
     struct waiting_before before;
     char id[JOB_ID_SIZE];

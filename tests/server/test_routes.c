@@ -2,11 +2,8 @@
  * routes.c and the handlers behind it without a socket, on a store and a queue without workers:
  * jobs are accepted and stay queued. What needs finished jobs is tested in tests/api with the
  * daemon. */
+#include "desk.h"
 #include "limits.h"
-#include "reply.h"
-#include "routes.h"
-#include "store_jobs.h"
-#include "temp_dir.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,70 +12,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-struct fixture {
-    char dir[TEMP_DIR_SIZE];
-    struct service service;
-    struct reply reply; /* of the latest request */
-};
-
-#define JOB(more)                                                                                  \
-    "{\"particles\":5,\"length\":10,\"diameter\":0.5,\"time\":1,\"time_step\":0.01,"               \
-    "\"observables\":{\"energy\":{}}" more "}"
-
-static int setup(void **state)
-{
-    struct fixture *f = calloc(1, sizeof(*f));
-    char reason[256];
-    temp_dir_make(f->dir);
-    *state = f;
-    if (store_open(&f->service.store, f->dir, reason, sizeof(reason)) != STORE_OK)
-        return -1;
-    return queue_create(&f->service.queue, f->service.store) == STORE_OK ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    struct fixture *f = *state;
-    reply_fini(&f->reply);
-    queue_stop(f->service.queue);
-    queue_free(f->service.queue);
-    store_close(f->service.store);
-    temp_dir_remove(f->dir);
-    free(f);
-    return 0;
-}
-
-static int send_request(struct fixture *f, const struct request *request)
-{
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, request, &f->reply);
-    assert_int_equal(f->reply.body_size, strlen(f->reply.body));
-    return f->reply.status;
-}
-
-static int ask(struct fixture *f, const char *method, const char *path, const char *body)
-{
-    const struct request request = {.method = method,
-                                    .path = path,
-                                    .body = body ? body : "",
-                                    .body_size = body ? strlen(body) : 0};
-    return send_request(f, &request);
-}
-
-static void assert_says(const struct fixture *f, const char *part)
-{
-    if (!strstr(f->reply.body, part))
-        fail_msg("no %s in %s", part, f->reply.body);
-}
-
-/* The id in the latest reply's record. */
-static void take_id(const struct fixture *f, char id[JOB_ID_SIZE])
-{
-    char format[32];
-    snprintf(format, sizeof(format), "{\"id\":\"%%%d[a-z0-9-]", JOB_ID_SIZE - 1);
-    assert_int_equal(sscanf(f->reply.body, format, id), 1);
-}
 
 static void every_route_is_documented_once(void **state)
 {
@@ -114,7 +47,7 @@ static void unknown_paths(void **state)
         "/v1/jobs/a_b",
         "http://localhost/healthz",
         "/v1/jobs/0123456789012345678901234567890123456789012345678901234567890123"};
-    struct fixture *f = *state;
+    struct desk *f = *state;
     for (size_t i = 0; i < sizeof(paths) / sizeof(paths[0]); i++) {
         assert_int_equal(ask(f, "GET", paths[i], NULL), 404);
         assert_string_equal(f->reply.content_type, "application/problem+json");
@@ -124,7 +57,7 @@ static void unknown_paths(void **state)
 
 static void wrong_methods(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(ask(f, "DELETE", "/v1/jobs", NULL), 405);
     assert_string_equal(f->reply.allow, "POST, GET, HEAD");
     assert_int_equal(ask(f, "PATCH", "/v1/jobs/abc", NULL), 405);
@@ -137,25 +70,25 @@ static void wrong_methods(void **state)
 
 static void head_is_get(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(ask(f, "HEAD", "/healthz", NULL), 200);
     assert_int_equal(ask(f, "HEAD", "/v1/jobs/nothing", NULL), 404);
 }
 
 static void queries_where_none_belong(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     const struct request_query query[] = {{"debug", "1"}, {"x\"", ""}};
     const struct request request = {
         .method = "GET", .path = "/healthz", .body = "", .query = query, .query_count = 2};
-    assert_int_equal(send_request(f, &request), 400);
+    assert_int_equal(desk_send(f, &request), 400);
     assert_says(f, "{\"parameter\":\"debug\",\"detail\":");
     assert_says(f, "{\"parameter\":\"x\\\"\",");
 }
 
 static void service_pages(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(ask(f, "GET", "/healthz", NULL), 200);
     assert_string_equal(f->reply.body, "{\"status\":\"ok\"}\n");
     assert_int_equal(ask(f, "GET", "/", NULL), 200);
@@ -168,41 +101,41 @@ static void service_pages(void **state)
 
 static void submit_and_look(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char id[JOB_ID_SIZE], other[JOB_ID_SIZE], path[128];
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB("")), 202);
-    take_id(f, id);
+    desk_take_id(f, id);
     snprintf(path, sizeof(path), "/v1/jobs/%s", id);
     assert_string_equal(f->reply.location, path);
     assert_says(f, "\"state\":\"queued\",\"progress\":0,");
     assert_says(f, "\"started_at\":null,\"finished_at\":null,");
     assert_says(f, "\"deduplicated\":false");
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"mobility\":1.0")), 200); /* the default */
-    take_id(f, other);
+    desk_take_id(f, other);
     assert_string_equal(id, other);
     assert_says(f, "\"deduplicated\":true");
     assert_string_equal(f->reply.location, "");
     assert_int_equal(ask(f, "GET", path, NULL), 200);
     assert_null(strstr(f->reply.body, "deduplicated"));
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"seed\":2")), 202);
-    take_id(f, other);
+    desk_take_id(f, other);
     assert_string_not_equal(id, other);
 }
 
 /* Label, tags, priority and owner hang on the job and are none of its physics. */
 static void tickets(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char id[JOB_ID_SIZE], other[JOB_ID_SIZE];
     assert_int_equal(ask(f, "POST", "/v1/jobs",
                          JOB(",\"label\":\"a \\\"b\\\"\",\"tags\":[\"x\",\"a.B-1\",\"x\"],"
                              "\"priority\":-7")),
                      202);
-    take_id(f, id);
+    desk_take_id(f, id);
     assert_says(f, "\"owner\":\"local\",\"label\":\"a \\\"b\\\"\",\"tags\":[\"a.B-1\",\"x\"],"
                    "\"priority\":-7,");
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"label\":\"another\"")), 200);
-    take_id(f, other);
+    desk_take_id(f, other);
     assert_string_equal(id, other);
     assert_says(f, "\"label\":\"a \\\"b\\\"\"");
     assert_int_equal(ask(f, "POST", "/v1/estimate", JOB(",\"label\":\"a\"")), 200);
@@ -227,7 +160,7 @@ static void faulty_tickets(void **state)
          "/tags/0"},
         {JOB(",\"tags\":[1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17]"), "/tags"},
     };
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char job[1024], label[LIMIT_LABEL_CHARACTERS_MAX + 2] = "";
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         char pointer[64];
@@ -243,7 +176,7 @@ static void faulty_tickets(void **state)
     assert_int_equal(ask(f, "POST", "/v1/jobs", job), 202);
 }
 
-static int submit_force(struct fixture *f, const char *name, const char *value)
+static int submit_force(struct desk *f, const char *name, const char *value)
 {
     const struct request_query query = {name, value};
     const struct request request = {.method = "POST",
@@ -252,21 +185,21 @@ static int submit_force(struct fixture *f, const char *name, const char *value)
                                     .body_size = strlen(JOB("")),
                                     .query = &query,
                                     .query_count = 1};
-    return send_request(f, &request);
+    return desk_send(f, &request);
 }
 
 static void forced_jobs(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char id[JOB_ID_SIZE], other[JOB_ID_SIZE], third[JOB_ID_SIZE];
     assert_int_equal(submit_force(f, "force", "true"), 202);
-    take_id(f, id);
+    desk_take_id(f, id);
     assert_int_equal(submit_force(f, "force", "false"), 200);
     assert_int_equal(submit_force(f, "force", "true"), 202);
-    take_id(f, other);
+    desk_take_id(f, other);
     assert_string_not_equal(id, other);
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB("")), 200); /* the newer one stands */
-    take_id(f, third);
+    desk_take_id(f, third);
     assert_string_equal(other, third);
     assert_int_equal(submit_force(f, "force", "yes"), 400);
     assert_int_equal(submit_force(f, "farce", "true"), 400);
@@ -274,11 +207,11 @@ static void forced_jobs(void **state)
 
 static void cancel(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char id[JOB_ID_SIZE], path[128];
     assert_int_equal(ask(f, "DELETE", "/v1/jobs/nothing", NULL), 404);
     ask(f, "POST", "/v1/jobs", JOB(""));
-    take_id(f, id);
+    desk_take_id(f, id);
     snprintf(path, sizeof(path), "/v1/jobs/%s", id);
     assert_int_equal(ask(f, "DELETE", path, NULL), 200);
     assert_says(f, "\"state\":\"cancelled\"");
@@ -287,7 +220,7 @@ static void cancel(void **state)
     assert_int_equal(ask(f, "GET", path, NULL), 409);
     assert_says(f, "cancelled");
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB("")), 202); /* may be tried again */
-    take_id(f, id);
+    desk_take_id(f, id);
     assert_int_equal(store_jobs_fail(f->service.store, id, "it \"broke\""), STORE_OK);
     snprintf(path, sizeof(path), "/v1/jobs/%s", id);
     assert_int_equal(ask(f, "GET", path, NULL), 200);
@@ -299,7 +232,7 @@ static void cancel(void **state)
     assert_says(f, "it \\\"broke\\\"");
 }
 
-static int submit_with(struct fixture *f, const char *key, const char *type, const char *body)
+static int submit_with(struct desk *f, const char *key, const char *type, const char *body)
 {
     const struct request request = {.method = "POST",
                                     .path = "/v1/jobs",
@@ -307,12 +240,12 @@ static int submit_with(struct fixture *f, const char *key, const char *type, con
                                     .content_type = type,
                                     .body = body,
                                     .body_size = strlen(body)};
-    return send_request(f, &request);
+    return desk_send(f, &request);
 }
 
 static void idempotency_keys(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char key[LIMIT_IDEMPOTENCY_KEY_BYTES_MAX + 2] = "";
     assert_int_equal(submit_with(f, "k1", NULL, JOB("")), 202);
     assert_int_equal(submit_with(f, "k1", NULL, JOB("")), 200);
@@ -337,7 +270,7 @@ static void media_types(void **state)
                                       "application/jsonp",
                                       "multipart/form-data; boundary=x",
                                       "application/+json"};
-    struct fixture *f = *state;
+    struct desk *f = *state;
     for (size_t i = 0; i < sizeof(good) / sizeof(good[0]); i++)
         assert_in_range(submit_with(f, NULL, good[i], JOB("")), 200, 202);
     for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
@@ -347,7 +280,7 @@ static void media_types(void **state)
 
 static void faulty_jobs(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB(",\"bogus\":1,\"kT\":2,\"mobility\":\"a\"")),
                      422);
     assert_says(f, "{\"pointer\":\"/bogus\",");
@@ -383,7 +316,7 @@ static void costly_jobs(void **state)
          "\"observables\":{\"density\":{\"bins\":100000}}}",
          "LIMIT_DISK_BYTES_MAX"},
     };
-    struct fixture *f = *state;
+    struct desk *f = *state;
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         assert_int_equal(ask(f, "POST", "/v1/jobs", cases[i].job), 422);
         assert_says(f, cases[i].limit);
@@ -397,10 +330,10 @@ static void costly_jobs(void **state)
 static void results_of_nothing(void **state)
 {
     static const char *const forms[] = {"", "/energy", "/energy.csv", "/energy.svg"};
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char id[JOB_ID_SIZE], path[128];
     ask(f, "POST", "/v1/jobs", JOB(""));
-    take_id(f, id);
+    desk_take_id(f, id);
     for (size_t i = 0; i < sizeof(forms) / sizeof(forms[0]); i++) {
         snprintf(path, sizeof(path), "/v1/jobs/%s/results%s", id, forms[i]);
         assert_int_equal(ask(f, "GET", path, NULL), 409);
@@ -410,27 +343,25 @@ static void results_of_nothing(void **state)
     }
 }
 
-#define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_route_is_documented_once),
-        TEST(unknown_paths),
-        TEST(wrong_methods),
-        TEST(head_is_get),
-        TEST(queries_where_none_belong),
-        TEST(service_pages),
-        TEST(submit_and_look),
-        TEST(tickets),
-        TEST(faulty_tickets),
-        TEST(forced_jobs),
-        TEST(cancel),
-        TEST(idempotency_keys),
-        TEST(media_types),
-        TEST(faulty_jobs),
-        TEST(costly_jobs),
-        TEST(results_of_nothing),
+        DESK_TEST(unknown_paths),
+        DESK_TEST(wrong_methods),
+        DESK_TEST(head_is_get),
+        DESK_TEST(queries_where_none_belong),
+        DESK_TEST(service_pages),
+        DESK_TEST(submit_and_look),
+        DESK_TEST(tickets),
+        DESK_TEST(faulty_tickets),
+        DESK_TEST(forced_jobs),
+        DESK_TEST(cancel),
+        DESK_TEST(idempotency_keys),
+        DESK_TEST(media_types),
+        DESK_TEST(faulty_jobs),
+        DESK_TEST(costly_jobs),
+        DESK_TEST(results_of_nothing),
     };
     return cmocka_run_group_tests_name("routes", tests, NULL, NULL);
 }

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Sweeps without a socket: what is refused and in which words, ranges, extension, cancelling, and
  * counters that always are what counting gives. */
-#include "limits.h"
-#include "routes.h"
+#include "desk.h"
 #include "store_internal.h"
 #include "store_sweeps.h"
 #include "sweep_json.h"
-#include "temp_dir.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,90 +14,41 @@
 
 #include <cmocka.h>
 
-struct fixture {
-    char dir[TEMP_DIR_SIZE];
-    struct service service;
-    struct reply reply; /* of the latest request */
-    char id[JOB_ID_SIZE];
-};
-
 #define BASE                                                                                       \
     "{\"particles\":5,\"length\":10,\"time\":1,\"time_step\":0.01,\"observables\":{\"energy\":{}}" \
     "}"
 #define SWEEP(axes) "{\"base\":" BASE ",\"axes\":{" axes "}}"
 
-static int setup(void **state)
-{
-    struct fixture *f = calloc(1, sizeof(*f));
-    char reason[256];
-    temp_dir_make(f->dir);
-    *state = f;
-    if (store_open(&f->service.store, f->dir, reason, sizeof(reason)) != STORE_OK)
-        return -1;
-    return queue_create(&f->service.queue, f->service.store) == STORE_OK ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    struct fixture *f = *state;
-    reply_fini(&f->reply);
-    queue_stop(f->service.queue);
-    queue_free(f->service.queue);
-    store_close(f->service.store);
-    temp_dir_remove(f->dir);
-    free(f);
-    return 0;
-}
-
-static int ask(struct fixture *f, const char *method, const char *path, const char *body)
-{
-    struct request request = {.method = method, .path = path, .body = body ? body : ""};
-    request.body_size = strlen(request.body);
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, &request, &f->reply);
-    return f->reply.status;
-}
-
 /* About the sweep whose id was taken last. */
-static int ask_sweep(struct fixture *f, const char *method, const char *rest, const char *body)
+static int ask_sweep(struct desk *f, const char *method, const char *rest, const char *body)
 {
     char path[128];
     snprintf(path, sizeof(path), "/v1/sweeps/%s%s", f->id, rest);
     return ask(f, method, path, body);
 }
 
-static int submit(struct fixture *f, const char *body)
+static int submit(struct desk *f, const char *body)
 {
-    char format[32];
     int status = ask(f, "POST", "/v1/sweeps", body);
-    snprintf(format, sizeof(format), "{\"id\":\"%%%d[a-z0-9-]", JOB_ID_SIZE - 1);
     if (status < 300)
-        assert_int_equal(sscanf(f->reply.body, format, f->id), 1);
+        desk_take_id(f, f->id);
     return status;
 }
 
-static void assert_says(const struct fixture *f, const char *part)
-{
-    if (!strstr(f->reply.body, part))
-        fail_msg("no %s in %s", part, f->reply.body);
-}
-
 /* Jobs of a list. */
-static size_t count_jobs(struct fixture *f, const char *name, const char *value)
+static size_t count_jobs(struct desk *f, const char *name, const char *value)
 {
     const struct request_query query = {name, value};
     const struct request request = {
         .method = "GET", .path = "/v1/jobs", .body = "", .query = &query, .query_count = 1};
     size_t count = 0;
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, &request, &f->reply);
-    assert_int_equal(f->reply.status, 200);
+    assert_int_equal(desk_send(f, &request), 200);
     for (const char *c = f->reply.body; (c = strstr(c, "{\"id\":\"j")); c++)
         count++;
     return count;
 }
 
-static int64_t ask_sql(struct fixture *f, const char *sql)
+static int64_t ask_sql(struct desk *f, const char *sql)
 {
     sqlite3 *db = store_read_begin(f->service.store);
     struct stmt row = stmt_init(db, sql);
@@ -111,7 +60,7 @@ static int64_t ask_sql(struct fixture *f, const char *sql)
 }
 
 /* Everything that is counted is what there is: triggers rest while sweeps come in. */
-static void assert_counted(struct fixture *f)
+static void assert_counted(struct desk *f)
 {
     static const char *const wrong[] = {
         "SELECT count(*) FROM job_counts AS c WHERE jobs <>"
@@ -135,7 +84,7 @@ static void assert_counted(struct fixture *f)
 /* CHECKs and triggers are awake again when a sweep is in. */
 static void what_rested_wakes_up(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     sqlite3 *db;
     assert_int_equal(submit(f, SWEEP("\"/seed\":[1]")), 202);
     assert_int_equal(STORE_BEGIN(f->service.store, &db), STORE_OK);
@@ -158,7 +107,7 @@ static void triggers_that_rest_are_known(void **state)
 
 static void submitted_and_found_again(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char first[JOB_ID_SIZE];
     const char *body = SWEEP("\"/diameter\":[0.1,0.2],\"/seed\":{\"first\":5,\"count\":3}");
     assert_int_equal(submit(f, body), 202);
@@ -191,7 +140,7 @@ static void submitted_and_found_again(void **state)
 
 static void labels_and_tags_of_base_and_sweep(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit(f, "{\"base\":{\"label\":\"of the base\",\"tags\":[\"b\"],"
                                "\"priority\":7,\"particles\":5,\"length\":10,\"time\":1,"
                                "\"observables\":{\"energy\":{}}},\"axes\":{\"/seed\":[1,2]},"
@@ -248,7 +197,7 @@ static void refusals_name_the_place(void **state)
         {SWEEP("\"/diameter\":[0.5,3,4]"), "/diameter", "(point 2: /diameter = 4)"},
         {SWEEP("\"/time\":[1,9e12]"), "", "LIMIT_CORE_SECONDS_MAX"},
     };
-    struct fixture *f = *state;
+    struct desk *f = *state;
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         char pointer[128];
         assert_int_equal(submit(f, cases[i].body), 422);
@@ -264,7 +213,7 @@ static void refusals_name_the_place(void **state)
 /* All is told of many faulty points that fits, and no more is looked for than needed. */
 static void many_faulty_points(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit(f, SWEEP("\"/diameter\":{\"from\":3,\"to\":9,\"points\":50000}")), 422);
     assert_says(f, "(point 0: /diameter = 3)");
     assert_says(f, "2000 faults; the first: ");
@@ -314,7 +263,7 @@ static void ranges(void **state)
 
 static void axes_that_go_together(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit(f,
                             "{\"base\":" BASE ",\"axes\":{\"/particles\":[5,10],\"/seed\":[1,2,3],"
                             "\"/length\":[10,20]},\"zip\":[[\"/length\",\"/particles\"]]}"),
@@ -334,7 +283,7 @@ static void axes_that_go_together(void **state)
 /* Objects and lists, words, and places within what the base has. */
 static void axes_of_any_kind(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit(f,
                             "{\"base\":{\"particles\":5,\"length\":10,\"time\":1,\"observables\":"
                             "{\"density\":{\"bins\":10}}},\"axes\":{\"/potential\":[null,"
@@ -351,7 +300,7 @@ static void axes_of_any_kind(void **state)
 
 static void extension(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit(f, SWEEP("\"/diameter\":[0.1,0.2],\"/seed\":[1,2]")), 202);
     assert_int_equal(ask_sweep(f, "POST", "/extend", "{\"axes\":{\"/diameter\":[0.2,0.4]}}"), 202);
     assert_says(f, "\"jobs\":6");
@@ -385,7 +334,7 @@ static void extension(void **state)
 /* A job ends with the last sweep that wants it, and never when somebody wants it by itself. */
 static void cancelling(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char first[JOB_ID_SIZE];
     assert_int_equal(submit(f, SWEEP("\"/seed\":[1,2,3,4]")), 202);
     memcpy(first, f->id, sizeof(first));
@@ -412,7 +361,7 @@ static void cancelling(void **state)
 
 static void failed_jobs_again(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit(f, SWEEP("\"/seed\":[1,2,3]")), 202);
     assert_int_equal(ask_sweep(f, "POST", "/retry", NULL), 200);
     assert_says(f, "\"retried\":0");
@@ -439,21 +388,19 @@ static void failed_jobs_again(void **state)
                      1);
 }
 
-static int submit_with_key(struct fixture *f, const char *path, const char *body)
+static int submit_with_key(struct desk *f, const char *path, const char *body)
 {
     const struct request request = {.method = "POST",
                                     .path = path,
                                     .idempotency_key = "k1",
                                     .body = body,
                                     .body_size = strlen(body)};
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, &request, &f->reply);
-    return f->reply.status;
+    return desk_send(f, &request);
 }
 
 static void keys(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit_with_key(f, "/v1/sweeps", SWEEP("\"/seed\":[1,2]")), 202);
     assert_int_equal(submit_with_key(f, "/v1/sweeps", SWEEP("\"/seed\":[1,2]")), 200);
     assert_int_equal(submit_with_key(f, "/v1/sweeps", SWEEP("\"/seed\":[1,3]")), 422);
@@ -465,7 +412,7 @@ static void keys(void **state)
 /* Others' sweeps are to be looked at. */
 static void roles(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     assert_int_equal(submit(f, SWEEP("\"/seed\":[1,2]")), 202);
     struct call call = {.identity = {.owner = "mary", .role = ROLE_SUBMITTER}};
     const struct request request = {.method = "DELETE", .path = "", .body = ""};
@@ -484,25 +431,23 @@ static void roles(void **state)
                      1);
 }
 
-#define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(triggers_that_rest_are_known),
-        TEST(what_rested_wakes_up),
-        TEST(submitted_and_found_again),
-        TEST(labels_and_tags_of_base_and_sweep),
-        TEST(refusals_name_the_place),
-        TEST(many_faulty_points),
-        TEST(ranges),
-        TEST(axes_that_go_together),
-        TEST(axes_of_any_kind),
-        TEST(extension),
-        TEST(cancelling),
-        TEST(failed_jobs_again),
-        TEST(keys),
-        TEST(roles),
+        DESK_TEST(triggers_that_rest_are_known),
+        DESK_TEST(what_rested_wakes_up),
+        DESK_TEST(submitted_and_found_again),
+        DESK_TEST(labels_and_tags_of_base_and_sweep),
+        DESK_TEST(refusals_name_the_place),
+        DESK_TEST(many_faulty_points),
+        DESK_TEST(ranges),
+        DESK_TEST(axes_that_go_together),
+        DESK_TEST(axes_of_any_kind),
+        DESK_TEST(extension),
+        DESK_TEST(cancelling),
+        DESK_TEST(failed_jobs_again),
+        DESK_TEST(keys),
+        DESK_TEST(roles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,11 +2,9 @@
  * The largest sweep that is taken, and 10^4 finished MSDs in every form: how long it takes and how
  * much memory. Time is that of the process, for others may be at work; bounds are generous enough
  * for a loaded machine, the figures printed are what counts. */
-#include "limits.h"
-#include "routes.h"
+#include "desk.h"
 #include "scene_json.h"
 #include "store_internal.h"
-#include "temp_dir.h"
 
 #include <malloc.h>
 #include <setjmp.h>
@@ -18,40 +16,10 @@
 
 #include <cmocka.h>
 
-struct fixture {
-    char dir[TEMP_DIR_SIZE];
-    struct service service;
-    struct reply reply;
-    char id[JOB_ID_SIZE];
-};
-
 #define BASE                                                                                       \
     "{\"particles\":100,\"length\":200,\"diameter\":0.5,\"potential\":{\"type\":\"cosine\","       \
     "\"amplitude\":6},\"time\":10,\"observables\":{\"msd\":{\"first\":0.01,\"last\":5,"            \
     "\"points\":40},\"density\":{\"bins\":50}}}"
-
-static int setup(void **state)
-{
-    struct fixture *f = calloc(1, sizeof(*f));
-    char reason[256];
-    temp_dir_make(f->dir);
-    *state = f;
-    if (store_open(&f->service.store, f->dir, reason, sizeof(reason)) != STORE_OK)
-        return -1;
-    return queue_create(&f->service.queue, f->service.store) == STORE_OK ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    struct fixture *f = *state;
-    reply_fini(&f->reply);
-    queue_stop(f->service.queue);
-    queue_free(f->service.queue);
-    store_close(f->service.store);
-    temp_dir_remove(f->dir);
-    free(f);
-    return 0;
-}
 
 static double seconds(clockid_t clock)
 {
@@ -60,27 +28,17 @@ static double seconds(clockid_t clock)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static int ask(struct fixture *f, const char *method, const char *path, const char *body)
+static int ask_timed(struct desk *f, const char *method, const char *path, const char *body)
 {
-    struct request request = {.method = method, .path = path, .body = body ? body : ""};
-    request.body_size = strlen(request.body);
     double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
-    reply_fini(&f->reply);
-    routes_dispatch(&f->service, &request, &f->reply);
-    if (f->reply.status < 300 && !f->reply.stream.read)
+    int status = ask(f, method, path, body);
+    if (status < 300 && !f->reply.stream.read)
         print_message("%s %s: %.2f s, %.2f s of processor time\n", method, path,
                       seconds(CLOCK_MONOTONIC) - wall, seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu);
-    return f->reply.status;
+    return status;
 }
 
-static void take_id(struct fixture *f)
-{
-    char format[32];
-    snprintf(format, sizeof(format), "{\"id\":\"%%%d[a-z0-9-]", JOB_ID_SIZE - 1);
-    assert_int_equal(sscanf(f->reply.body, format, f->id), 1);
-}
-
-static void run_sql(struct fixture *f, const char *sql)
+static void run_sql(struct desk *f, const char *sql)
 {
     sqlite3 *db;
     assert_int_equal(STORE_BEGIN(f->service.store, &db), STORE_OK);
@@ -111,20 +69,20 @@ static void reset_peak(void)
 
 static void largest_sweep(void **state)
 {
-    struct fixture *f = *state;
+    struct desk *f = *state;
     char path[64];
     double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
-    assert_int_equal(ask(f, "POST", "/v1/sweeps",
-                         "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
-                         "\"points\":100},\"/potential/amplitude\":{\"from\":0.1,\"to\":10,"
-                         "\"points\":100},\"/seed\":{\"first\":1,\"count\":10}}}"),
+    assert_int_equal(ask_timed(f, "POST", "/v1/sweeps",
+                               "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
+                               "\"points\":100},\"/potential/amplitude\":{\"from\":0.1,\"to\":10,"
+                               "\"points\":100},\"/seed\":{\"first\":1,\"count\":10}}}"),
                      202);
     assert_true(seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu < 30);
     assert_non_null(strstr(f->reply.body, "\"jobs\":100000,\"states\":{\"queued\":100000,"));
-    take_id(f);
+    desk_take_id(f, f->id);
     snprintf(path, sizeof(path), "/v1/sweeps/%s", f->id);
-    assert_int_equal(ask(f, "GET", path, NULL), 200);
-    assert_int_equal(ask(f, "DELETE", path, NULL), 200);
+    assert_int_equal(ask_timed(f, "GET", path, NULL), 200);
+    assert_int_equal(ask_timed(f, "DELETE", path, NULL), 200);
     assert_non_null(strstr(f->reply.body, "\"cancelled\":100000}"));
 }
 
@@ -153,7 +111,7 @@ static void *make_table(size_t *size)
 }
 
 /* All jobs become done with that table. */
-static void finish_jobs(struct fixture *f)
+static void finish_jobs(struct desk *f)
 {
     size_t size = 0;
     void *bytes = make_table(&size);
@@ -169,7 +127,7 @@ static void finish_jobs(struct fixture *f)
     free(bytes);
 }
 
-static void export(struct fixture *f, const char *form)
+static void export(struct desk *f, const char *form)
 {
     char path[96], piece[32 << 10];
     size_t total = 0;
@@ -179,7 +137,7 @@ static void export(struct fixture *f, const char *form)
     double before = memory("VmRSS"), wall = seconds(CLOCK_MONOTONIC),
            cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
     snprintf(path, sizeof(path), "/v1/sweeps/%s/results/msd%s", f->id, form);
-    assert_int_equal(ask(f, "GET", path, NULL), 200);
+    assert_int_equal(ask_timed(f, "GET", path, NULL), 200);
     const struct stream *stream = &f->reply.stream;
     while ((got = stream->read(stream->state, piece, sizeof(piece))) > 0)
         total += (size_t)got;
@@ -198,12 +156,12 @@ static void export(struct fixture *f, const char *form)
 static void many_results(void **state)
 {
     static const char *const forms[] = {".npz", "", ".ndjson", ".csv"};
-    struct fixture *f = *state;
-    assert_int_equal(ask(f, "POST", "/v1/sweeps",
-                         "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
-                         "\"points\":100},\"/seed\":{\"first\":1,\"count\":100}}}"),
+    struct desk *f = *state;
+    assert_int_equal(ask_timed(f, "POST", "/v1/sweeps",
+                               "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
+                               "\"points\":100},\"/seed\":{\"first\":1,\"count\":100}}}"),
                      202);
-    take_id(f);
+    desk_take_id(f, f->id);
     finish_jobs(f);
     for (size_t i = 0; i < sizeof(forms) / sizeof(forms[0]); i++)
         export(f, forms[i]);
@@ -212,8 +170,8 @@ static void many_results(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(largest_sweep, setup, teardown),
-        cmocka_unit_test_setup_teardown(many_results, setup, teardown),
+        DESK_TEST(largest_sweep),
+        DESK_TEST(many_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
