@@ -3,6 +3,7 @@
 # bcd on the command line: results, forms, faults, exit statuses, progress, Ctrl-C; and the same
 # numbers as the daemon's, byte for byte.
 . tests/api/_lib.sh
+. tests/api/_client.sh
 
 job='{"particles":20,"length":40,"diameter":0.5,"potential":{"type":"cosine","amplitude":6},
 "time_step":1e-3,"time":5,"equilibration_time":1,"realizations":6,"seed":7,"observables":{
@@ -11,29 +12,6 @@ job='{"particles":20,"length":40,"diameter":0.5,"potential":{"type":"cosine","am
 printf '%s' "$job" >"$T/job.json"
 printf '%s' "$job" | sed 's/"time":5/"time":1e7/' >"$T/long.json"
 printf '%s' "$job" | sed 's/"time":5/"time":1000/' >"$T/medium.json"
-
-# bcd ARGUMENTS: stdout to $T/out, stderr to $T/err, the exit status in EXIT.
-bcd() {
-    "$B/bcd" "$@" >"$T/out" 2>"$T/err"
-    EXIT=$?
-}
-exits() {
-    [ "$EXIT" -eq "$1" ] && return
-    echo "exit status $EXIT"
-    cat "$T/err"
-    return 1
-}
-out() {
-    jq -e "$@" <"$T/out"
-}
-says() {
-    grep -qF -- "$1" "$T/err" && return
-    cat "$T/err"
-    return 1
-}
-silent() {
-    [ ! -s "$T/$1" ]
-}
 
 # --- results
 bcd run "$T/job.json"
@@ -107,13 +85,6 @@ bcd run "$T"
 check "a directory: exit status 1" exits 1
 
 # --- wrong command lines
-usage_error() { # TEXT ARGUMENTS ...
-    text=$1
-    shift
-    bcd "$@"
-    check "usage: $text" exits 2
-    check "usage: $text: stdout stays empty" silent out
-}
 usage_error "no command"
 usage_error "unknown command" frobnicate
 usage_error "no job" run

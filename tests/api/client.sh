@@ -3,34 +3,7 @@
 # bcd against a server: jobs. Every command, its forms, wrong input, a server that is not there, one
 # that goes away and comes back, a terminal.
 . tests/api/_lib.sh
-
-# bcd ARGUMENTS: stdout to $T/out, stderr to $T/err, the exit status in EXIT.
-bcd() {
-    "$B/bcd" "$@" >"$T/out" 2>"$T/err" </dev/null
-    EXIT=$?
-}
-exits() {
-    [ "$EXIT" -eq "$1" ] && return
-    echo "exit status $EXIT"
-    cat "$T/err"
-    return 1
-}
-out() {
-    jq -e "$@" <"$T/out"
-}
-prints() { # a line of stdout is that
-    grep -qxE -- "$1" "$T/out" && return
-    cat "$T/out"
-    return 1
-}
-says() {
-    grep -qF -- "$1" "$T/err" && return
-    cat "$T/err"
-    return 1
-}
-silent() {
-    [ ! -s "$T/$1" ]
-}
+. tests/api/_client.sh
 
 job='{"particles":10,"length":20,"diameter":0.5,"potential":{"type":"cosine","amplitude":6},
 "method":"bcd","time_step":1e-3,"time":1,"realizations":2,"observables":{"density":{"bins":4},"energy":{}}}'
@@ -39,7 +12,6 @@ printf '%s' "$job" | sed 's/"time":1,/"time":1e6,/' >"$T/long.json"
 printf '%s' "$job" | sed 's/"time":1,/"time":2,"seed":5,/' >"$T/other.json"
 printf '%s' "$job" | sed 's/"time":1,/"time":1500,"seed":6,/' >"$T/medium.json"
 printf '{"particles":-1,"frobnicate":2}' >"$T/bad.json"
-unset BCD_TOKEN NO_COLOR
 
 # --- nobody there
 BCD_URL=http://127.0.0.1:1
@@ -207,13 +179,6 @@ bcd cancel "$LONG"
 daemon_end TERM
 
 # --- wrong command lines
-usage_error() { # TEXT ARGUMENTS ...
-    text=$1
-    shift
-    bcd "$@"
-    check "usage: $text" exits 2
-    check "usage: $text: stdout stays empty" silent out
-}
 usage_error "no job" submit
 usage_error "a priority that is none" submit --priority high "$T/job.json"
 usage_error "a URL that is none" list --url 127.0.0.1:8080

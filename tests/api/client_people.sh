@@ -2,29 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # bcd against a server with tokens: who may, who may not, and that no token is ever shown again.
 . tests/api/_lib.sh
-
-bcd() {
-    "$B/bcd" "$@" >"$T/out" 2>"$T/err" </dev/null
-    EXIT=$?
-    cat "$T/out" "$T/err" >>"$T/all"
-}
-exits() {
-    [ "$EXIT" -eq "$1" ] && return
-    echo "exit status $EXIT"
-    cat "$T/err"
-    return 1
-}
-prints() {
-    grep -qE -- "$1" "$T/out" && return
-    cat "$T/out" "$T/err"
-    return 1
-}
-says() {
-    grep -qF -- "$1" "$T/err" && return
-    cat "$T/err"
-    return 1
-}
-unset BCD_TOKEN
+. tests/api/_client.sh
 
 ADMIN=$("$B/bcdd" token create --data "$T/data" --owner root --role admin 2>/dev/null)
 check "the first token comes from bcdd" [ "${#ADMIN}" -gt 20 ]
@@ -44,10 +22,10 @@ bcd list
 check "a token that would be a header: exit status 2" exits 2
 BCD_TOKEN=$ADMIN
 bcd whoami
-check "whoami" prints "^root, admin, at $URL\$"
-check "whoami: quotas" prints '^queued points: 0 of '
+check "whoami" prints "root, admin, at $URL"
+check "whoami: quotas" prints 'queued points: 0 of .*'
 bcd token list
-check "token list: the first one" prints 'root +admin'
+check "token list: the first one" prints '.*root +admin.*'
 
 bcd token create ann --role reader --name 'a b' --expires 30d -o "$T/ann"
 check "token create -o: exit status 0" exits 0
@@ -67,7 +45,7 @@ printf '%s' '{"particles":4,"length":8,"time":1e6,"time_step":1e-3,"method":"bcd
 "potential":{"type":"cosine","amplitude":1}}' >"$T/job.json"
 unset BCD_TOKEN
 bcd whoami --token-file "$T/ann"
-check "--token-file: is who it says" prints '^ann, reader'
+check "--token-file: is who it says" prints 'ann, reader.*'
 bcd submit --token-file "$T/ann" "$T/job.json"
 check "a reader may not submit: exit status 4" exits 4
 check "a reader may not submit: in words" says 'submitter'
@@ -75,9 +53,9 @@ bcd submit --token-file "$T/bob" "$T/job.json"
 check "a submitter may" exits 0
 JOB=$(cat "$T/out")
 bcd get --token-file "$T/bob" "$JOB"
-check "it is his" prints '^owner +bob$'
+check "it is his" prints 'owner +bob'
 bcd list --token-file "$T/ann" --owner bob
-check "others may see it" prints "^$JOB"
+check "others may see it" prints "$JOB.*"
 bcd cancel --token-file "$T/ann" "$JOB"
 check "but not cancel it" exits 4
 bcd cancel --token-file "$T/bob" "$JOB"
@@ -89,7 +67,7 @@ BCD_TOKEN=$ADMIN
 export BCD_TOKEN
 ANN=$("$B/bcd" token list --json | jq -r '[.tokens[] | select(.owner == "ann")][0].id')
 bcd token revoke "$ANN"
-check "token revoke" prints "^$ANN revoked"
+check "token revoke" prints "$ANN revoked.*"
 bcd list --token-file "$T/ann"
 check "a revoked token: exit status 4" exits 4
 bcd token revoke tnone
