@@ -60,3 +60,11 @@ void client_sleep_ms(int ms)
 {
     nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L}, NULL);
 }
+
+void client_wait_count(atomic_int *counter, int value)
+{
+    int64_t until_ms = client_now_ms() + CLIENT_WAIT_MS;
+    while (atomic_load(counter) < value && client_now_ms() < until_ms)
+        client_sleep_ms(2);
+    assert_int_equal(atomic_load(counter), value);
+}

@@ -5,11 +5,12 @@
 
 #include "http.h"
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-enum { CLIENT_ANSWER_SIZE = 1 << 16 };
+enum { CLIENT_ANSWER_SIZE = 1 << 16, CLIENT_WAIT_MS = 5000 };
 #define CLIENT_HOST "Host: 127.0.0.1\r\n"
 
 int client_dial(const struct http *http);
@@ -20,5 +21,7 @@ bool client_listen(int fd, char *answer, int quiet_ms);
 
 int64_t client_now_ms(void);
 void client_sleep_ms(int ms);
+/* Until a handler's thread has counted so far; fails the test after CLIENT_WAIT_MS. */
+void client_wait_count(atomic_int *counter, int value);
 
 #endif

@@ -18,7 +18,7 @@
 
 #include <cmocka.h>
 
-enum { WAIT_MS = 5000, HOLD_MS = 2000, MANY = 40 };
+enum { WAIT_MS = CLIENT_WAIT_MS, HOLD_MS = 2000, MANY = 40 };
 
 /* GET /hold waits for `happened` to be more than it was at the start of the test; GET /events tells
  * every change of it; anything else is answered at once. */
@@ -127,14 +127,6 @@ static void happen(struct fixture *f)
     http_pulse(f->http);
 }
 
-static void wait_count(atomic_int *counter, int value)
-{
-    int64_t until_ms = client_now_ms() + WAIT_MS;
-    while (atomic_load(counter) < value && client_now_ms() < until_ms)
-        client_sleep_ms(2);
-    assert_int_equal(atomic_load(counter), value);
-}
-
 /* More than there are threads, and somebody else is served meanwhile. */
 static void held_until_it_happens(void **state)
 {
@@ -144,7 +136,7 @@ static void held_until_it_happens(void **state)
     struct http_counts counts;
     for (int i = 0; i < MANY; i++)
         fds[i] = ask(f, "/hold");
-    wait_count(&f->asked, MANY);
+    client_wait_count(&f->asked, MANY);
     assert_false(client_listen(fds[0], text, 50));
     assert_string_equal(text, "");
     http_count(f->http, &counts);
@@ -208,11 +200,11 @@ static void leavers_are_noticed(void **state)
     struct fixture *f = *state;
     f->hold_ms = 60000;
     int held = ask(f, "/hold"), stream = ask(f, "/events");
-    wait_count(&f->asked, 2);
+    client_wait_count(&f->asked, 2);
     client_sleep_ms(50);
     close(held);
     close(stream);
-    wait_count(&f->freed, 2);
+    client_wait_count(&f->freed, 2);
     struct http_counts counts;
     http_count(f->http, &counts);
     assert_int_equal(counts.holds, 0);
@@ -243,7 +235,7 @@ static void events_come_as_they_happen(void **state)
     atomic_store(&f->happened, -1); /* seen at the next look, without a pulse */
     client_listen(fd, text, 2000);
     assert_non_null(strstr(text, "0\r\n\r\n"));
-    wait_count(&f->done, 1);
+    client_wait_count(&f->done, 1);
     assert_int_equal(f->cut, 0);
     close(fd);
 }
@@ -256,7 +248,7 @@ static void resting_costs_little(void **state)
     int fds[MANY];
     for (int i = 0; i < MANY; i++)
         fds[i] = ask(f, i % 2 ? "/events" : "/hold");
-    wait_count(&f->asked, MANY);
+    client_wait_count(&f->asked, MANY);
     client_sleep_ms(100);
     getrusage(RUSAGE_SELF, &before);
     client_sleep_ms(1000);
@@ -289,7 +281,7 @@ static void limit_of_streams(void **state)
     client_listen(plain, text, WAIT_MS);
     assert_non_null(strstr(text, "HTTP/1.1 200"));
     close(fds[0]);
-    wait_count(&f->freed, 2); /* the refused one's, too */
+    client_wait_count(&f->freed, 2); /* the refused one's, too */
     close(beyond);
     beyond = ask(f, "/events");
     client_listen(beyond, text, WAIT_MS);
@@ -308,7 +300,7 @@ static void limit_of_holds(void **state)
     f->hold_ms = 60000;
     for (int i = 0; i < LIMIT_HOLDS_MAX; i++)
         fds[i] = ask(f, "/hold");
-    wait_count(&f->asked, LIMIT_HOLDS_MAX);
+    client_wait_count(&f->asked, LIMIT_HOLDS_MAX);
     int beyond = ask(f, "/hold");
     client_listen(beyond, text, WAIT_MS);
     assert_non_null(strstr(text, "HTTP/1.1 503"));
@@ -329,7 +321,7 @@ static void stop_wakes_everybody(void **state)
     char text[CLIENT_ANSWER_SIZE];
     f->hold_ms = 60000;
     int held = ask(f, "/hold"), stream = ask(f, "/events");
-    wait_count(&f->asked, 2);
+    client_wait_count(&f->asked, 2);
     client_sleep_ms(20);
     int64_t begin_ms = client_now_ms();
     http_stop(f->http);
