@@ -147,9 +147,10 @@ enum store_status stmt_run(struct stmt *stmt, int *changes);
 enum store_status store_jobs_read_one(struct stmt *row, struct job_record *record);
 enum store_status store_jobs_find(sqlite3 *db, const char *id, struct job_record *record);
 
-/* A row of the table jobs, to be run (0 changes: a text that is no JSON) or run again for the next;
- * :alone is left to the caller. All is borrowed until then. */
-struct stmt store_insert_stmt(sqlite3 *db);
+/* A row of the table jobs, to be run, or run again for the next; :alone is left to the caller. All
+ * is borrowed until then. Texts that are not known to be sound JSON are looked at: 0 changes = they
+ * are not. */
+struct stmt store_insert_stmt(sqlite3 *db, bool sound);
 void store_insert_bind(struct stmt *row, const struct job_new *job, const struct ticket *ticket,
                        const char *id);
 

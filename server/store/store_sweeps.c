@@ -36,7 +36,7 @@ static struct keeper keeper_init(sqlite3 *db, int64_t sweep, const struct ticket
         .sweep = sweep,
         .find = stmt_init(db, "SELECT seq FROM jobs WHERE hash = :hash"
                               " AND state IN ('queued', 'running', 'done') AND superseded = 0"),
-        .job = store_insert_stmt(db),
+        .job = store_insert_stmt(db, true), /* made by form/, just now or when the job was new */
         .point = stmt_init(db, "INSERT INTO sweep_points (sweep, point, job, place)"
                                " VALUES (:sweep, :point, :job, :place)"),
     };
@@ -91,7 +91,6 @@ static enum store_status keep_job(struct keeper *keeper, const struct job_new *j
 {
     char id[JOB_ID_SIZE];
     enum store_status status;
-    int changes = 0;
 
     stmt_bind_blob(&keeper->find, ":hash", job->hash, JOB_HASH_SIZE);
     *seq = stmt_step(&keeper->find) ? stmt_integer(&keeper->find, 0) : 0;
@@ -103,9 +102,9 @@ static enum store_status keep_job(struct keeper *keeper, const struct job_new *j
         return status;
     store_insert_bind(&keeper->job, job, keeper->ticket, id);
     stmt_bind_integer(&keeper->job, ":alone", 0);
-    status = stmt_run_again(&keeper->job, &changes);
-    if (status == STORE_OK && changes == 0)
-        status = store_fault(keeper->db, SQLITE_MISMATCH, "a job that is no JSON");
+    status = stmt_run_again(&keeper->job, NULL);
+    if (status)
+        return status;
     *seq = sqlite3_last_insert_rowid(keeper->db);
     keeper->jobs++;
     keeper->bytes += (int64_t)job->bytes;
