@@ -14,7 +14,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,41 +27,19 @@ struct opening {
     struct store *store;
     const char *dir;
     const struct store_schema *schema;
-    char *reason;
-    size_t size;
+    struct store_reason reason;
 };
-
-__attribute__((format(printf, 3, 4))) static enum store_status
-refuse(struct opening *opening, enum store_status status, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    vsnprintf(opening->reason, opening->size, format, arguments);
-    va_end(arguments);
-    return status;
-}
 
 static enum store_status refuse_sqlite(struct opening *opening, sqlite3 *db, const char *what)
 {
     int code = sqlite3_extended_errcode(db);
     enum store_status status = store_fault(db, code, what);
 
-    return refuse(opening, status, "%s: cannot %s: %s (%d)", opening->store->path, what,
-                  sqlite3_errmsg(db), code);
+    return store_refuse(&opening->reason, status, "%s: cannot %s: %s (%d)", opening->store->path,
+                        what, sqlite3_errmsg(db), code);
 }
 
 /* ----------------------------------------------------------------- directory */
-
-static enum store_status sync_dir(const char *path)
-{
-    int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    enum store_status status = fd >= 0 && fsync(fd) == 0 ? STORE_OK : STORE_BROKEN;
-
-    if (fd >= 0)
-        close(fd);
-    return status;
-}
 
 /* One directory below those that exist; the new name is on disk when it returns STORE_OK. */
 static enum store_status make_one(char *path)
@@ -73,11 +50,11 @@ static enum store_status make_one(char *path)
     if (mkdir(path, 0700) != 0)
         return errno == EEXIST ? STORE_OK : errno == ENOSPC ? STORE_FULL : STORE_BROKEN;
     if (!slash)
-        return sync_dir(".");
+        return store_sync_dir(".");
     if (slash == path)
-        return sync_dir("/");
+        return store_sync_dir("/");
     *slash = '\0';
-    status = sync_dir(path);
+    status = store_sync_dir(path);
     *slash = '/';
     return status;
 }
@@ -100,10 +77,10 @@ static enum store_status make_dir(struct opening *opening)
     }
     free(path);
     if (status)
-        return refuse(opening, status, "%s: cannot create this directory: %s", opening->dir,
-                      strerror(errno));
+        return store_refuse(&opening->reason, status, "%s: cannot create this directory: %s",
+                            opening->dir, strerror(errno));
     if (stat(opening->dir, &info) != 0 || !S_ISDIR(info.st_mode))
-        return refuse(opening, STORE_BROKEN, "%s: not a directory", opening->dir);
+        return store_refuse(&opening->reason, STORE_BROKEN, "%s: not a directory", opening->dir);
     return STORE_OK;
 }
 
@@ -125,13 +102,15 @@ static enum store_status check_file_system(struct opening *opening)
     struct statfs info;
 
     if (statfs(opening->dir, &info) != 0)
-        return refuse(opening, STORE_BROKEN, "%s: %s", opening->dir, strerror(errno));
+        return store_refuse(&opening->reason, STORE_BROKEN, "%s: %s", opening->dir,
+                            strerror(errno));
     for (size_t i = 0; i < sizeof remote / sizeof remote[0]; i++)
         if (((unsigned long)info.f_type & 0xffffffffUL) == remote[i].type)
-            return refuse(opening, STORE_BROKEN,
-                          "%s: on a network file system (%s), where a database can be corrupted; "
-                          "use a local disk",
-                          opening->dir, remote[i].name);
+            return store_refuse(
+                &opening->reason, STORE_BROKEN,
+                "%s: on a network file system (%s), where a database can be corrupted; "
+                "use a local disk",
+                opening->dir, remote[i].name);
     return STORE_OK;
 }
 
@@ -143,16 +122,16 @@ static enum store_status take_lock(struct opening *opening)
     enum store_status status = STORE_OK;
 
     if (asprintf(&path, "%s/bcd.lock", opening->dir) < 0)
-        return refuse(opening, STORE_BROKEN, "out of memory");
+        return store_refuse(&opening->reason, STORE_BROKEN, "out of memory");
     store->lock_fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (store->lock_fd < 0)
-        status = refuse(opening, errno == ENOSPC ? STORE_FULL : STORE_BROKEN, "%s: %s", path,
-                        strerror(errno));
+        status = store_refuse(&opening->reason, errno == ENOSPC ? STORE_FULL : STORE_BROKEN,
+                              "%s: %s", path, strerror(errno));
     else if (flock(store->lock_fd, LOCK_EX | LOCK_NB) != 0)
-        status = refuse(opening, STORE_CONFLICT,
-                        errno == EWOULDBLOCK ? "%s: another bcdd is using this directory"
-                                             : "%s: cannot be locked",
-                        path);
+        status = store_refuse(&opening->reason, STORE_CONFLICT,
+                              errno == EWOULDBLOCK ? "%s: another bcdd is using this directory"
+                                                   : "%s: cannot be locked",
+                              path);
     free(path);
     return status;
 }
@@ -168,8 +147,8 @@ static enum store_status make_file(struct opening *opening)
     if (fd >= 0)
         close(fd);
     else if (errno != EEXIST)
-        return refuse(opening, errno == ENOSPC ? STORE_FULL : STORE_BROKEN, "%s: %s",
-                      opening->store->path, strerror(errno));
+        return store_refuse(&opening->reason, errno == ENOSPC ? STORE_FULL : STORE_BROKEN, "%s: %s",
+                            opening->store->path, strerror(errno));
     return STORE_OK;
 }
 
@@ -251,7 +230,7 @@ static enum store_status back_up(struct opening *opening, int64_t version)
     if (status)
         goto cleanup;
     fd = open(partial, O_RDWR | O_CLOEXEC);
-    if (fd < 0 || fsync(fd) != 0 || rename(partial, path) != 0 || sync_dir(opening->dir))
+    if (fd < 0 || fsync(fd) != 0 || rename(partial, path) != 0 || store_sync_dir(opening->dir))
         status = errno == ENOSPC ? STORE_FULL : STORE_BROKEN;
     if (fd >= 0)
         close(fd);
@@ -259,8 +238,9 @@ cleanup:
     if (status) {
         if (partial)
             unlink(partial);
-        refuse(opening, status, "%s: cannot be backed up before its schema is brought up to date",
-               opening->store->path);
+        store_refuse(&opening->reason, status,
+                     "%s: cannot be backed up before its schema is brought up to date",
+                     opening->store->path);
     } else {
         log_write(LOG_LEVEL_INFO, "store_backed_up", LOG_FIELDS(log_text("file", path)));
     }
@@ -285,8 +265,9 @@ static enum store_status migrate_one(struct opening *opening, size_t index)
         status = store_exec(db, pragmas);
     status = store_end(opening->store, status);
     if (status)
-        return refuse(opening, status, "%s: migration %s failed; nothing was changed",
-                      opening->store->path, opening->schema->migrations[index].name);
+        return store_refuse(&opening->reason, status,
+                            "%s: migration %s failed; nothing was changed", opening->store->path,
+                            opening->schema->migrations[index].name);
     log_write(LOG_LEVEL_INFO, "store_migrated",
               LOG_FIELDS(log_text("migration", opening->schema->migrations[index].name)));
     return STORE_OK;
@@ -307,12 +288,13 @@ static enum store_status migrate(struct opening *opening)
     if (application == 0 && version == 0 && objects == 0) {
         version = 0;
     } else if (application != STORE_APPLICATION_ID) {
-        return refuse(opening, STORE_CONFLICT, "%s: a database of another program", path);
+        return store_refuse(&opening->reason, STORE_CONFLICT, "%s: a database of another program",
+                            path);
     } else if (version < 1 || (uint64_t)version > opening->schema->count) {
-        return refuse(opening, STORE_CONFLICT,
-                      "%s: its schema (version %lld) is newer than this program's (%zu); "
-                      "use a newer bcdd",
-                      path, (long long)version, opening->schema->count);
+        return store_refuse(&opening->reason, STORE_CONFLICT,
+                            "%s: its schema (version %lld) is newer than this program's (%zu); "
+                            "use a newer bcdd",
+                            path, (long long)version, opening->schema->count);
     } else if ((size_t)version < opening->schema->count) {
         status = back_up(opening, version);
     }
@@ -383,11 +365,11 @@ static struct store *store_create(const char *dir)
 enum store_status store_open_schema(struct store **store, const char *dir,
                                     const struct store_schema *schema, char *reason, size_t size)
 {
-    struct opening opening = {store_create(dir), dir, schema, reason, size};
+    struct opening opening = {store_create(dir), dir, schema, {reason, size}};
     enum store_status status;
 
     if (!opening.store)
-        return refuse(&opening, STORE_BROKEN, "out of memory");
+        return store_refuse(&opening.reason, STORE_BROKEN, "out of memory");
     status = make_dir(&opening);
     if (status == STORE_OK)
         status = check_file_system(&opening);

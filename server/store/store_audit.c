@@ -5,7 +5,6 @@
 #include "limits.h"
 #include "store_internal.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 enum store_status store_audit_add(sqlite3 *db, const struct audit_new *line)
@@ -49,8 +48,6 @@ void audit_lines_free(struct audit_line *lines, size_t count)
 
 static void read_line(struct stmt *row, struct audit_line *line)
 {
-    char *owner = stmt_text(row, 2), *token = stmt_text(row, 3);
-
     *line = (struct audit_line){
         .seq = stmt_integer(row, 0),
         .time_ms = stmt_integer(row, 1),
@@ -58,10 +55,8 @@ static void read_line(struct stmt *row, struct audit_line *line)
         .object = stmt_text(row, 5),
         .detail = stmt_text(row, 6),
     };
-    snprintf(line->owner, sizeof line->owner, "%s", owner ? owner : "");
-    snprintf(line->token, sizeof line->token, "%s", token ? token : "");
-    free(owner);
-    free(token);
+    stmt_text_to(row, 2, line->owner, sizeof line->owner);
+    stmt_text_to(row, 3, line->token, sizeof line->token);
 }
 
 enum store_status store_audit_list(struct store *store, const struct audit_query *query,

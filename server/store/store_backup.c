@@ -9,7 +9,6 @@
 #include <fcntl.h>
 #include <libgen.h>
 #include <sha2.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,20 +23,8 @@ struct copying {
     const char *partial; /* the copy, until it is checked */
     sqlite3 *from, *copy;
     struct backup backup;
-    char *reason;
-    size_t size;
+    struct store_reason reason;
 };
-
-__attribute__((format(printf, 3, 4))) static enum store_status
-refuse(struct copying *copying, enum store_status status, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    vsnprintf(copying->reason, copying->size, format, arguments);
-    va_end(arguments);
-    return status;
-}
 
 static bool stopped(const struct copying *copying)
 {
@@ -55,9 +42,9 @@ static enum store_status explain(struct copying *copying, sqlite3 *db, const cha
     int code = sqlite3_errcode(db) & 0xff;
 
     if (stopped(copying))
-        return refuse(copying, STORE_BROKEN, "stopped");
-    return refuse(copying, code == SQLITE_FULL ? STORE_FULL : STORE_BROKEN, "%s: %s", file,
-                  sqlite3_errmsg(db));
+        return store_refuse(&copying->reason, STORE_BROKEN, "stopped");
+    return store_refuse(&copying->reason, code == SQLITE_FULL ? STORE_FULL : STORE_BROKEN, "%s: %s",
+                        file, sqlite3_errmsg(db));
 }
 
 static enum store_status open_file(struct copying *copying, const char *file, int flags,
@@ -94,7 +81,7 @@ static enum store_status open_source(struct copying *copying)
     enum store_status status;
 
     if (access(from, R_OK) != 0)
-        return refuse(copying, STORE_NOT_FOUND, "%s: %s", from, strerror(errno));
+        return store_refuse(&copying->reason, STORE_NOT_FOUND, "%s: %s", from, strerror(errno));
     status = open_file(copying, from, SQLITE_OPEN_READONLY, &copying->from);
     if (status == STORE_OK &&
         sqlite3_exec(copying->from, "BEGIN; SELECT 1 FROM sqlite_schema", NULL, NULL, NULL))
@@ -102,7 +89,7 @@ static enum store_status open_source(struct copying *copying)
     if (status == STORE_OK)
         status = ask_number(copying, copying->from, "PRAGMA application_id", &application);
     if (status == STORE_OK && application != STORE_APPLICATION_ID)
-        status = refuse(copying, STORE_BROKEN, "%s: no database of bcdd", from);
+        status = store_refuse(&copying->reason, STORE_BROKEN, "%s: no database of bcdd", from);
     return status;
 }
 
@@ -116,15 +103,17 @@ static enum store_status check_room(struct copying *copying)
     if (status == STORE_OK)
         status = ask_number(copying, copying->from, "PRAGMA page_size", &page_bytes);
     if (status == STORE_OK && (!path || statvfs(dirname(path), &disk) != 0))
-        status = refuse(copying, STORE_BROKEN, "%s: %s", copying->partial, strerror(errno));
+        status = store_refuse(&copying->reason, STORE_BROKEN, "%s: %s", copying->partial,
+                              strerror(errno));
     free(path);
     if (status)
         return status;
     double needed = (double)pages * (double)page_bytes + SPARE_BYTES;
     double free_bytes = (double)disk.f_bavail * (double)disk.f_frsize;
     if (free_bytes < needed)
-        return refuse(copying, STORE_FULL, "%s: needs %.0f MB, the disk has %.0f MB left",
-                      copying->plan->to, needed / 1e6, free_bytes / 1e6);
+        return store_refuse(&copying->reason, STORE_FULL,
+                            "%s: needs %.0f MB, the disk has %.0f MB left", copying->plan->to,
+                            needed / 1e6, free_bytes / 1e6);
     return STORE_OK;
 }
 
@@ -135,8 +124,8 @@ static enum store_status make_partial(struct copying *copying)
     unlink(copying->partial);
     fd = open(copying->partial, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0)
-        return refuse(copying, errno == ENOSPC ? STORE_FULL : STORE_BROKEN, "%s: %s",
-                      copying->partial, strerror(errno));
+        return store_refuse(&copying->reason, errno == ENOSPC ? STORE_FULL : STORE_BROKEN, "%s: %s",
+                            copying->partial, strerror(errno));
     close(fd);
     return STORE_OK;
 }
@@ -192,8 +181,8 @@ static enum store_status check_words(struct copying *copying, const char *sql, c
         const char *word = (const char *)sqlite3_column_text(row, 0);
 
         if (!word || strcmp(word, good) != 0)
-            status =
-                refuse(copying, STORE_BROKEN, "the copy is damaged: %s: %s", sql, word ? word : "");
+            status = store_refuse(&copying->reason, STORE_BROKEN, "the copy is damaged: %s: %s",
+                                  sql, word ? word : "");
     } else if (code != SQLITE_DONE) {
         status = explain(copying, copying->copy, sql);
     }
@@ -221,8 +210,9 @@ static enum store_status check_counts(struct copying *copying)
         if (status == STORE_OK)
             status = ask_number(copying, copying->copy, sql, &here);
         if (status == STORE_OK && there != here)
-            status = refuse(copying, STORE_BROKEN, "the copy has %lld rows of %lld: %s",
-                            (long long)here, (long long)there, sql);
+            status =
+                store_refuse(&copying->reason, STORE_BROKEN, "the copy has %lld rows of %lld: %s",
+                             (long long)here, (long long)there, sql);
         sqlite3_free(sql);
     }
     sqlite3_finalize(table);
@@ -273,10 +263,10 @@ static enum store_status seal(struct copying *copying)
         close(fd);
     free(bytes);
     if (!sound && stopped(copying))
-        return refuse(copying, STORE_BROKEN, "stopped");
+        return store_refuse(&copying->reason, STORE_BROKEN, "stopped");
     return sound ? STORE_OK
-                 : refuse(copying, errno == ENOSPC ? STORE_FULL : STORE_BROKEN, "%s: %s",
-                          copying->partial, strerror(errno));
+                 : store_refuse(&copying->reason, errno == ENOSPC ? STORE_FULL : STORE_BROKEN,
+                                "%s: %s", copying->partial, strerror(errno));
 }
 
 static void close_both(struct copying *copying)
@@ -314,20 +304,15 @@ static enum store_status give_name(struct copying *copying)
 {
     const char *to = copying->plan->to;
     char *path = strdup(to);
-    int fd = -1;
     bool named = renameat2(AT_FDCWD, copying->partial, AT_FDCWD, to, RENAME_NOREPLACE) == 0;
 
     if (!named && errno == EINVAL) /* a file system that does not know this */
         named = link(copying->partial, to) == 0 && unlink(copying->partial) == 0;
     if (!named) {
-        refuse(copying, STORE_BROKEN, "%s: %s", to, strerror(errno));
+        store_refuse(&copying->reason, STORE_BROKEN, "%s: %s", to, strerror(errno));
         unlink(copying->partial);
     } else if (path) {
-        fd = open(dirname(path), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        if (fd >= 0) {
-            fsync(fd);
-            close(fd);
-        }
+        store_sync_dir(dirname(path));
     }
     free(path);
     return named ? STORE_OK : STORE_BROKEN;
@@ -336,15 +321,15 @@ static enum store_status give_name(struct copying *copying)
 enum store_status store_backup_file(const struct backup_plan *plan, struct backup *backup,
                                     char *reason, size_t size)
 {
-    struct copying copying = {.plan = plan, .reason = reason, .size = size};
+    struct copying copying = {.plan = plan, .reason = {reason, size}};
     char *partial = NULL;
     struct stat there;
     enum store_status status;
 
     if (lstat(plan->to, &there) == 0)
-        return refuse(&copying, STORE_CONFLICT, "%s: it is there already", plan->to);
+        return store_refuse(&copying.reason, STORE_CONFLICT, "%s: it is there already", plan->to);
     if (asprintf(&partial, "%s.partial", plan->to) < 0)
-        return refuse(&copying, STORE_BROKEN, "out of memory");
+        return store_refuse(&copying.reason, STORE_BROKEN, "out of memory");
     copying.partial = partial;
     status = make(&copying);
     if (status == STORE_OK)
@@ -377,18 +362,20 @@ enum store_status store_backup_open(struct store *store, int *fd, struct backup 
                                     char *reason, size_t size)
 {
     const struct backup_plan plan = {.from = store->path, .to = "the backup"};
-    struct copying copying = {.plan = &plan, .reason = reason, .size = size};
+    struct copying copying = {.plan = &plan, .reason = {reason, size}};
     enum store_status status;
 
     if (atomic_flag_test_and_set(&store->backing_up))
-        return refuse(&copying, STORE_CONFLICT, "another backup is being made");
+        return store_refuse(&copying.reason, STORE_CONFLICT, "another backup is being made");
     char *partial = partial_of(store);
     copying.partial = partial;
-    status = partial ? make(&copying) : refuse(&copying, STORE_BROKEN, "out of memory");
+    status =
+        partial ? make(&copying) : store_refuse(&copying.reason, STORE_BROKEN, "out of memory");
     if (status == STORE_OK) {
         *fd = open(partial, O_RDONLY | O_CLOEXEC);
         if (*fd < 0)
-            status = refuse(&copying, STORE_BROKEN, "%s: %s", partial, strerror(errno));
+            status =
+                store_refuse(&copying.reason, STORE_BROKEN, "%s: %s", partial, strerror(errno));
         unlink(partial);
     }
     atomic_flag_clear(&store->backing_up);

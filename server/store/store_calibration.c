@@ -4,9 +4,6 @@
 
 #include "store_internal.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-
 enum store_status store_calibration_load(struct store *store, struct calibration_row *rows,
                                          size_t room, size_t *count)
 {
@@ -16,12 +13,9 @@ enum store_status store_calibration_load(struct store *store, struct calibration
     enum store_status status;
 
     while (used < room && stmt_step(&list)) {
-        char *method = stmt_text(&list, 0);
-
-        snprintf(rows[used].method, sizeof rows[used].method, "%s", method ? method : "");
+        stmt_text_to(&list, 0, rows[used].method, sizeof rows[used].method);
         rows[used].factor = stmt_number(&list, 1);
         rows[used++].seconds = stmt_number(&list, 2);
-        free(method);
     }
     status = stmt_fini(&list);
     store_read_end(store, db);

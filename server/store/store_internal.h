@@ -16,7 +16,6 @@
 #include <sqlite3.h>
 #include <pthread.h>
 #include <stdatomic.h>
-#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -26,6 +25,7 @@ enum {
     STORE_READERS = 4,
     STORE_BUSY_MS = 10000,
     STORE_CACHE_KIB = 64 << 10, /* pages the writer keeps in memory, when it has so many to write */
+    STORE_WORD_SIZE = 16,       /* of a job's state or a role, and more than any has */
     STORE_WAL_BYTES_KEPT = 64 << 20, /* a longer -wal file is cut back when it is reused */
 };
 
@@ -98,6 +98,19 @@ void store_health_note(struct store *store, enum store_status status);
 sqlite3 *store_read_begin(struct store *store);
 void store_read_end(struct store *store, sqlite3 *db);
 
+/* Why store_open or a backup failed, in words that the caller has room for. */
+struct store_reason {
+    char *text;
+    size_t size;
+};
+
+/* Fills it in and returns the status. */
+__attribute__((format(printf, 3, 4))) enum store_status
+store_refuse(const struct store_reason *reason, enum store_status status, const char *format, ...);
+
+/* What was made or renamed in a directory is on disk afterwards. */
+enum store_status store_sync_dir(const char *path);
+
 /* Logs the connection's last error with the statement, and says which status it means. */
 enum store_status store_fault(sqlite3 *db, int code, const char *sql);
 
@@ -124,9 +137,14 @@ bool stmt_step(struct stmt *stmt);
 /* Columns of the current row, copied: malloc'ed, NULL for NULL; no memory becomes the status. */
 char *stmt_text(struct stmt *stmt, int column);
 void *stmt_blob(struct stmt *stmt, int column, size_t *size);
+/* A text in the caller's room, cut to it; "" for NULL. */
+void stmt_text_to(struct stmt *stmt, int column, char *to, size_t room);
 int64_t stmt_integer(struct stmt *stmt, int column);
 double stmt_number(struct stmt *stmt, int column);
 bool stmt_null(struct stmt *stmt, int column);
+/* The array of `used` elements, which this alone has made (NULL at first), with room for one more;
+ * no memory becomes the status, and the array stays. */
+void *stmt_room(struct stmt *stmt, void *array, size_t used, size_t element_size);
 enum store_status stmt_fini(struct stmt *stmt);
 /* Ready to be bound and stepped once more. */
 void stmt_again(struct stmt *stmt);
@@ -166,8 +184,7 @@ enum store_status store_audit_add(sqlite3 *db, const struct audit_new *line);
 enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner_record *record);
 
 /* STORE_QUOTA when the owner may not have so much more. Inside the transaction that adds it. */
-enum store_status store_owners_check(sqlite3 *db, const char *owner,
-                                     const struct quota_need *need);
+enum store_status store_owners_check(sqlite3 *db, const char *owner, const struct quota_need *need);
 
 /* Statements of a connection that are kept for the next time; _add once, _drop before it is closed.
  * take: one that nobody uses, NULL = there is none. give: back, or to be finalized. */

@@ -6,7 +6,6 @@
 #include "log.h"
 
 #include <assert.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,8 +51,7 @@ void job_records_free(struct job_record *records, size_t count)
 
 static void read_record(struct stmt *row, struct job_record *record)
 {
-    char *id = stmt_text(row, 1), *state = stmt_text(row, 3);
-    char *owner = stmt_text(row, 12);
+    char state[STORE_WORD_SIZE];
     size_t hash_size = 0;
     void *hash = stmt_blob(row, 2, &hash_size);
 
@@ -72,18 +70,15 @@ static void read_record(struct stmt *row, struct job_record *record)
                    .label = stmt_text(row, 14),
                    .tags = stmt_text(row, 15)},
     };
-    if (!row->status && id && owner && hash_size == JOB_HASH_SIZE && state &&
-        job_state_parse(state, &record->state)) {
-        snprintf(record->id, sizeof record->id, "%s", id);
-        snprintf(record->ticket.owner, sizeof record->ticket.owner, "%s", owner);
+    stmt_text_to(row, 1, record->id, sizeof record->id);
+    stmt_text_to(row, 3, state, sizeof state);
+    stmt_text_to(row, 12, record->ticket.owner, sizeof record->ticket.owner);
+    if (!row->status && record->id[0] && record->ticket.owner[0] && hash_size == JOB_HASH_SIZE &&
+        job_state_parse(state, &record->state))
         memcpy(record->hash, hash, JOB_HASH_SIZE);
-    } else if (!row->status) {
+    else if (!row->status)
         row->status = store_fault(row->db, SQLITE_CORRUPT, row->sql);
-    }
     free(hash);
-    free(owner);
-    free(state);
-    free(id);
     if (row->status)
         job_record_fini(record);
 }
@@ -109,22 +104,13 @@ enum store_status store_jobs_read_one(struct stmt *row, struct job_record *recor
 static enum store_status read_all(struct stmt *row, struct job_record **records, size_t *count)
 {
     struct job_record *array = NULL;
-    size_t used = 0, room = 0;
+    size_t used = 0;
     enum store_status status;
 
     while (stmt_step(row)) {
-        if (used == room) {
-            size_t more = room ? 2 * room : 16;
-            struct job_record *bigger = realloc(array, more * sizeof *array);
-
-            if (!bigger) {
-                row->status = store_fault(row->db, SQLITE_NOMEM, row->sql);
-                break;
-            }
-            array = bigger;
-            room = more;
-        }
-        read_record(row, &array[used]);
+        array = stmt_room(row, array, used, sizeof *array);
+        if (!row->status)
+            read_record(row, &array[used]);
         used += !row->status;
     }
     status = stmt_fini(row);
@@ -185,12 +171,12 @@ enum store_status store_jobs_counts(struct store *store, int64_t counts[JOB_STAT
     enum store_status status;
 
     while (stmt_step(&row)) {
-        char *name = stmt_text(&row, 0);
+        char name[STORE_WORD_SIZE];
         enum job_state state;
 
-        if (name && job_state_parse(name, &state))
+        stmt_text_to(&row, 0, name, sizeof name);
+        if (job_state_parse(name, &state))
             found[state] = stmt_integer(&row, 1);
-        free(name);
     }
     status = stmt_fini(&row);
     store_read_end(store, db);
@@ -224,12 +210,9 @@ enum store_status store_jobs_waiting(struct store *store, const char *owner,
     stmt_bind_text(&list, ":owner", owner);
     stmt_bind_integer(&list, ":room", (int64_t)room);
     while (used < room && stmt_step(&list)) {
-        char *id = stmt_text(&list, 2);
-
         waiting[used].seq = stmt_integer(&list, 0);
         waiting[used].priority = (int)stmt_integer(&list, 1);
-        snprintf(waiting[used].id, sizeof waiting[used].id, "%s", id ? id : "");
-        free(id);
+        stmt_text_to(&list, 2, waiting[used].id, sizeof waiting[used].id);
         used++;
     }
     status = stmt_fini(&list);

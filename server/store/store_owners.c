@@ -54,8 +54,6 @@ enum quota owner_record_excess(const struct owner_record *record, const struct q
 
 static void read_owner(struct stmt *row, int64_t now_ms, struct owner_record *record)
 {
-    char *owner = stmt_text(row, 0);
-
     *record = (struct owner_record){
         .queued = stmt_integer(row, 1),
         .waiting_seconds = stmt_number(row, 2),
@@ -65,8 +63,7 @@ static void read_owner(struct stmt *row, int64_t now_ms, struct owner_record *re
     };
     for (int i = 0; i < QUOTAS; i++)
         record->quota[i] = stmt_null(row, 8 + i) ? quota_defaults[i] : stmt_number(row, 8 + i);
-    snprintf(record->owner, sizeof record->owner, "%s", owner ? owner : "");
-    free(owner);
+    stmt_text_to(row, 0, record->owner, sizeof record->owner);
 }
 
 enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner_record *record)
@@ -113,14 +110,9 @@ enum store_status store_owners_list(struct store *store, struct owner_record **r
     enum store_status status;
 
     while (stmt_step(&list)) {
-        struct owner_record *bigger = realloc(array, (used + 1) * sizeof *array);
-
-        if (!bigger) {
-            list.status = store_fault(db, SQLITE_NOMEM, list.sql);
-            break;
-        }
-        array = bigger;
-        read_owner(&list, now_ms, &array[used++]);
+        array = stmt_room(&list, array, used, sizeof *array);
+        if (!list.status)
+            read_owner(&list, now_ms, &array[used++]);
     }
     status = stmt_fini(&list);
     store_read_end(store, db);

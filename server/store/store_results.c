@@ -283,15 +283,9 @@ enum store_status store_results_names(struct store *store, const char *id, char 
 
     stmt_bind_text(&row, ":id", id);
     while (stmt_step(&row)) {
-        char **longer = realloc(list, (used + 1) * sizeof *list);
-
-        if (!longer) {
-            row.status = store_fault(db, SQLITE_NOMEM, row.sql);
-            break;
-        }
-        list = longer;
-        list[used] = stmt_text(&row, 0);
-        used += list[used] != NULL;
+        list = stmt_room(&row, list, used, sizeof *list);
+        if (!row.status && (list[used] = stmt_text(&row, 0)))
+            used++;
     }
     status = stmt_fini(&row);
     store_read_end(store, db);

@@ -4,9 +4,6 @@
 
 #include "store_internal.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-
 void family_sample_fini(struct family_sample *sample)
 {
     blob_fini(&sample->whole);
@@ -25,15 +22,12 @@ static enum store_status read_sample(struct stmt *row, struct family_sample *sam
     bool any = stmt_step(row);
 
     if (any) {
-        char *job = stmt_text(row, 5);
-
         found.seq = stmt_integer(row, 0);
         found.realizations = stmt_integer(row, 1);
         found.chunks = stmt_integer(row, 2);
         found.whole.bytes = stmt_blob(row, 3, &found.whole.size);
         found.rest.bytes = stmt_blob(row, 4, &found.rest.size);
-        snprintf(found.job, sizeof found.job, "%s", job ? job : "");
-        free(job);
+        stmt_text_to(row, 5, found.job, sizeof found.job);
     }
     status = stmt_fini(row);
     if (status) {

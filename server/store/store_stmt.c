@@ -16,7 +16,10 @@
 #include <string.h>
 #include <time.h>
 
-enum { STATEMENT_BYTES = 512 }; /* of a statement in the log */
+enum {
+    STATEMENT_BYTES = 512, /* of a statement in the log */
+    ROOM_FIRST = 16,       /* elements; a power of two */
+};
 
 /* -------------------------------------------------------------------- errors */
 
@@ -247,6 +250,15 @@ char *stmt_text(struct stmt *stmt, int column)
     return stmt_blob(stmt, column, NULL);
 }
 
+void stmt_text_to(struct stmt *stmt, int column, char *to, size_t room)
+{
+    const unsigned char *text = sqlite3_column_text(stmt->handle, column);
+
+    if (!text && !stmt_null(stmt, column))
+        stmt->status = store_fault(stmt->db, SQLITE_NOMEM, stmt->sql);
+    snprintf(to, room, "%s", text ? (const char *)text : "");
+}
+
 int64_t stmt_integer(struct stmt *stmt, int column)
 {
     return sqlite3_column_int64(stmt->handle, column);
@@ -260,6 +272,20 @@ double stmt_number(struct stmt *stmt, int column)
 bool stmt_null(struct stmt *stmt, int column)
 {
     return sqlite3_column_type(stmt->handle, column) == SQLITE_NULL;
+}
+
+/* There is room for 16, 32, 64 .. */
+void *stmt_room(struct stmt *stmt, void *array, size_t used, size_t element_size)
+{
+    bool full = used == 0 || (used >= ROOM_FIRST && (used & (used - 1)) == 0);
+    void *longer;
+
+    if (!full)
+        return array;
+    longer = realloc(array, (used ? 2 * used : ROOM_FIRST) * element_size);
+    if (!longer)
+        stmt->status = store_fault(stmt->db, SQLITE_NOMEM, stmt->sql);
+    return longer ? longer : array;
 }
 
 enum store_status stmt_fini(struct stmt *stmt)

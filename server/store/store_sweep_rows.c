@@ -4,7 +4,6 @@
 #include "store_sweeps_internal.h"
 
 #include <stdio.h>
-#include <string.h>
 
 void sweep_record_fini(struct sweep_record *record)
 {
@@ -32,8 +31,6 @@ void sweep_records_free(struct sweep_record *records, size_t count)
 
 static void read_record(struct stmt *row, struct sweep_record *record)
 {
-    char *id = stmt_text(row, 1), *owner = stmt_text(row, 2);
-
     *record = (struct sweep_record){
         .seq = stmt_integer(row, 0),
         .ticket = {.label = stmt_text(row, 3),
@@ -51,14 +48,10 @@ static void read_record(struct stmt *row, struct sweep_record *record)
                    [JOB_FAILED] = stmt_integer(row, 15),
                    [JOB_CANCELLED] = stmt_integer(row, 16)},
     };
-    if (id && owner) {
-        snprintf(record->id, sizeof record->id, "%s", id);
-        snprintf(record->ticket.owner, sizeof record->ticket.owner, "%s", owner);
-    } else if (!row->status) {
+    stmt_text_to(row, 1, record->id, sizeof record->id);
+    stmt_text_to(row, 2, record->ticket.owner, sizeof record->ticket.owner);
+    if (!row->status && (!record->id[0] || !record->ticket.owner[0]))
         row->status = store_fault(row->db, SQLITE_CORRUPT, row->sql);
-    }
-    free(id);
-    free(owner);
     if (row->status)
         sweep_record_fini(record);
 }
@@ -84,6 +77,13 @@ enum store_status store_sweeps_find(sqlite3 *db, const char *id, int64_t seq,
         return STORE_NOT_FOUND;
     *record = found;
     return STORE_OK;
+}
+
+enum store_status store_sweeps_find_alive(sqlite3 *db, const char *id, struct sweep_record *record)
+{
+    enum store_status status = store_sweeps_find(db, id, 0, record);
+
+    return status == STORE_OK && record->cancelled_ms > 0 ? STORE_CONFLICT : status;
 }
 
 enum store_status store_sweeps_get(struct store *store, const char *id, struct sweep_record *record)
@@ -159,17 +159,15 @@ void sweep_points_free(struct sweep_point *points, size_t count)
 
 static void read_point(struct stmt *row, struct sweep_point *point)
 {
-    char *id = stmt_text(row, 2), *state = stmt_text(row, 3);
+    char state[STORE_WORD_SIZE];
 
     *point = (struct sweep_point){.point = stmt_integer(row, 0), .job_seq = stmt_integer(row, 1)};
+    stmt_text_to(row, 2, point->job, sizeof point->job);
+    stmt_text_to(row, 3, state, sizeof state);
     point->place = stmt_text(row, 4);
     point->table = stmt_blob(row, 5, &point->table_size);
-    if (!row->status && id && state && point->place && job_state_parse(state, &point->state))
-        snprintf(point->job, sizeof point->job, "%s", id);
-    else if (!row->status)
+    if (!row->status && !(point->job[0] && point->place && job_state_parse(state, &point->state)))
         row->status = store_fault(row->db, SQLITE_CORRUPT, row->sql);
-    free(id);
-    free(state);
     if (row->status) {
         free(point->place);
         free(point->table);
@@ -236,15 +234,9 @@ static enum store_status running_jobs(sqlite3 *db, int64_t sweep, char (**ids)[J
 
     stmt_bind_integer(&row, ":sweep", sweep);
     while (stmt_step(&row)) {
-        char(*longer)[JOB_ID_SIZE] = realloc(list, (used + 1) * sizeof *list);
-        char *id = stmt_text(&row, 0);
-
-        list = longer ? longer : list;
-        if (longer && id)
-            snprintf(list[used++], sizeof *list, "%s", id);
-        else
-            row.status = store_fault(db, SQLITE_NOMEM, row.sql);
-        free(id);
+        list = stmt_room(&row, list, used, sizeof *list);
+        if (!row.status)
+            stmt_text_to(&row, 0, list[used++], sizeof *list);
     }
     *ids = list;
     *count = used;
@@ -288,9 +280,7 @@ enum store_status store_sweeps_cancel(struct store *store, const char *id,
 
     if (status)
         return status;
-    status = store_sweeps_find(db, id, 0, &found);
-    if (status == STORE_OK && found.cancelled_ms > 0)
-        status = STORE_CONFLICT;
+    status = store_sweeps_find_alive(db, id, &found);
     if (status == STORE_OK)
         status = mark_cancelled(db, found.seq);
     if (status == STORE_OK)

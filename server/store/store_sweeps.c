@@ -321,8 +321,8 @@ enum store_status store_sweeps_extend(struct store *store, const char *id,
 
     if (status)
         return status;
-    status = store_sweeps_find(db, id, 0, &found);
-    if (status == STORE_OK && (found.cancelled_ms > 0 || found.points != more->had))
+    status = store_sweeps_find_alive(db, id, &found);
+    if (status == STORE_OK && found.points != more->had)
         status = STORE_CONFLICT;
     if (status == STORE_OK)
         status = store_sweeps_keep(db, &found, more->points, more->count);
@@ -354,14 +354,9 @@ static enum store_status failed_jobs(sqlite3 *db, int64_t sweep, int64_t **jobs,
 
     stmt_bind_integer(&row, ":sweep", sweep);
     while (stmt_step(&row)) {
-        int64_t *longer = used % 256 ? list : realloc(list, (used + 256) * sizeof *list);
-
-        if (!longer) {
-            row.status = store_fault(db, SQLITE_NOMEM, row.sql);
-            break;
-        }
-        list = longer;
-        list[used++] = stmt_integer(&row, 0);
+        list = stmt_room(&row, list, used, sizeof *list);
+        if (!row.status)
+            list[used++] = stmt_integer(&row, 0);
     }
     *jobs = list;
     *count = used;
@@ -410,9 +405,7 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
 
     if (status)
         return status;
-    status = store_sweeps_find(db, id, 0, &found);
-    if (status == STORE_OK && found.cancelled_ms > 0)
-        status = STORE_CONFLICT;
+    status = store_sweeps_find_alive(db, id, &found);
     if (status == STORE_OK)
         status = failed_jobs(db, found.seq, &jobs, &failed);
     if (status == STORE_OK)

@@ -12,6 +12,10 @@
 enum store_status store_sweeps_find(sqlite3 *db, const char *id, int64_t seq,
                                     struct sweep_record *record);
 
+/* By id; STORE_CONFLICT, with the record filled in, when it was cancelled. */
+enum store_status store_sweeps_find_alive(sqlite3 *db, const char *id,
+                                          struct sweep_record *record);
+
 /* Points sweep->points and on, with the jobs that stand or new ones. */
 enum store_status store_sweeps_keep(sqlite3 *db, const struct sweep_record *sweep,
                                     const struct sweep_point_new *points, size_t count);

@@ -25,7 +25,7 @@ bool token_record_live(const struct token_record *record, int64_t now_ms)
 
 static void read_token(struct stmt *row, struct token_record *record)
 {
-    char *id = stmt_text(row, 0), *owner = stmt_text(row, 2), *role = stmt_text(row, 3);
+    char role[STORE_WORD_SIZE];
     size_t size = 0;
     void *hash = stmt_blob(row, 1, &size);
 
@@ -35,17 +35,17 @@ static void read_token(struct stmt *row, struct token_record *record)
         .expires_ms = stmt_integer(row, 6),
         .revoked_ms = stmt_integer(row, 7),
     };
-    if (id && owner && role && role_parse(role, &record->role) && size == SECRET_HASH_SIZE) {
-        snprintf(record->id, sizeof record->id, "%s", id);
-        snprintf(record->owner, sizeof record->owner, "%s", owner);
+    stmt_text_to(row, 0, record->id, sizeof record->id);
+    stmt_text_to(row, 2, record->owner, sizeof record->owner);
+    stmt_text_to(row, 3, role, sizeof role);
+    if (record->id[0] && record->owner[0] && role_parse(role, &record->role) &&
+        size == SECRET_HASH_SIZE)
         memcpy(record->hash, hash, size);
-    } else if (!row->status) {
+    else if (!row->status)
         row->status = store_fault(row->db, SQLITE_CORRUPT, row->sql);
-    }
     free(hash);
-    free(role);
-    free(owner);
-    free(id);
+    if (row->status)
+        free(record->name);
 }
 
 static enum store_status list_tokens(sqlite3 *db, struct token_record **records, size_t *count)
@@ -53,22 +53,14 @@ static enum store_status list_tokens(sqlite3 *db, struct token_record **records,
     struct stmt list = stmt_init(db, "SELECT id, hash, owner, role, name, created_ms, expires_ms,"
                                      " revoked_ms FROM tokens ORDER BY created_ms, id");
     struct token_record *array = NULL;
-    size_t used = 0, room = 0;
+    size_t used = 0;
     enum store_status status;
 
     while (stmt_step(&list)) {
-        if (used == room) {
-            size_t more = room ? 2 * room : 16;
-            struct token_record *bigger = realloc(array, more * sizeof *array);
-
-            if (!bigger) {
-                list.status = store_fault(db, SQLITE_NOMEM, list.sql);
-                break;
-            }
-            array = bigger;
-            room = more;
-        }
-        read_token(&list, &array[used++]);
+        array = stmt_room(&list, array, used, sizeof *array);
+        if (!list.status)
+            read_token(&list, &array[used]);
+        used += !list.status;
     }
     status = stmt_fini(&list);
     if (status) {
