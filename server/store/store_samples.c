@@ -151,7 +151,8 @@ static enum store_status insert_sample(sqlite3 *db, const char *id, const unsign
                       " VALUES (:family, :realizations, :chunks,"
                       " (SELECT seq FROM jobs WHERE id = :id), :whole, :rest)"
                       " ON CONFLICT (family, realizations) DO UPDATE SET"
-                      " whole = excluded.whole, rest = excluded.rest");
+                      " chunks = excluded.chunks, whole = excluded.whole,"
+                      " rest = excluded.rest");
 
     stmt_bind_text(&row, ":id", id);
     stmt_bind_blob(&row, ":family", family, JOB_HASH_SIZE);

@@ -66,6 +66,37 @@ static void the_largest_that_fits_is_found(void **state)
     assert_int_equal(store_samples_find(store, &query, &sample), STORE_NOT_FOUND);
 }
 
+/* Who keeps a sample once more may have cut it another way. */
+static void a_sample_kept_again_is_as_it_was_kept_last(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    unsigned char family[JOB_HASH_SIZE] = {7};
+    char bytes[] = "abcd";
+    struct sample_new sample;
+    const struct samples_kept kept = {
+        .family = family, .outcome = "{}", .samples = &sample, .count = 1};
+    const struct finish_new finish = {.kept = &kept};
+    char from[JOB_ID_SIZE], id[JOB_ID_SIZE];
+    struct sample_query query = {.id = id, .family = family, .most = 99};
+    struct family_sample found;
+
+    bench_insert(store, 2, "{}", id);
+    for (int i = 0; i < 3; i++) {
+        bool whole = i == 1;
+
+        sample = (struct sample_new){.realizations = 8, .chunks = whole};
+        *(whole ? &sample.whole : &sample.rest) = (struct blob){.bytes = bytes, .size = 4};
+        bench_insert(store, 200 + i, "{}", from);
+        assert_int_equal(store_jobs_start(store, from), STORE_OK);
+        assert_int_equal(store_results_finish_with(store, from, &finish), STORE_OK);
+        assert_int_equal(store_samples_find(store, &query, &found), STORE_OK);
+        assert_int_equal(found.chunks, whole);
+        assert_int_equal(found.whole.bytes != NULL, whole);
+        assert_int_equal(found.rest.bytes != NULL, !whole);
+        family_sample_fini(&found);
+    }
+}
+
 static void a_base_lasts_as_long_as_the_job_runs(void **state)
 {
     struct store *store = ((struct bench *)*state)->store;
@@ -202,6 +233,29 @@ static void corrupt(struct store *store, const char *column)
              column, column, column);
     assert_int_equal(STORE_BEGIN(store, &db), STORE_OK);
     assert_int_equal(store_end(store, store_exec(db, sql)), STORE_OK);
+}
+
+/* A whole chunk is the end of a job of one chunk, to be gone on with, and a milestone of longer
+ * ones: both are the same sample. */
+static void a_single_chunk_and_a_milestone_are_one_sample(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant;
+    char shorter[JOB_ID_SIZE], longer[JOB_ID_SIZE];
+
+    assert_reused(bench, 8, 0);
+    assert_reused(bench, 11, 8); /* puts its milestone in that place */
+    assert_reused(bench, 19, 11);
+    bench_tear_down(state);
+    bench_set_up(state);
+    bench = *state;
+    plant = plant_start(bench, 2);
+    job_bench_submit(bench->store, plant.queue, of(8), shorter);
+    job_bench_submit(bench->store, plant.queue, of(16), longer);
+    assert_int_equal(job_bench_wait(bench->store, shorter), JOB_DONE);
+    assert_int_equal(job_bench_wait(bench->store, longer), JOB_DONE);
+    plant_stop(&plant);
+    assert_reused(bench, 12, 8);
 }
 
 static void damaged_samples_are_run_anew(void **state)
@@ -353,9 +407,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         BENCH_TEST(the_largest_that_fits_is_found),
+        BENCH_TEST(a_sample_kept_again_is_as_it_was_kept_last),
         BENCH_TEST(a_base_lasts_as_long_as_the_job_runs),
         BENCH_TEST(a_job_run_by_force_takes_nothing_over),
         BENCH_TEST(more_or_fewer_realizations_begin_where_others_were),
+        BENCH_TEST(a_single_chunk_and_a_milestone_are_one_sample),
         BENCH_TEST(damaged_samples_are_run_anew),
         BENCH_TEST(a_base_that_goes_bad_is_run_anew),
         BENCH_TEST(a_tally_too_large_is_not_kept),
