@@ -126,7 +126,7 @@ static const struct news *news_of(const struct term *term, int64_t segment, size
     for (*count = 0;
          low + *count < term->news_count && term->news[low + *count].job < first + SEGMENT_JOBS;)
         ++*count;
-    return term->news + low;
+    return term->news ? term->news + low : NULL;
 }
 
 /* The column of a sealed segment in search->column_row; false = there is none. */
