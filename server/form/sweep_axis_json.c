@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * sweep_axis_json.c - the values of one axis: given in full, or as a range.
+ * sweep_axis_json.c - one axis: where in a job its pointer leads, and its values, given in full or
+ * as a range.
  */
 #include "sweep_json_tree.h"
 
@@ -23,6 +24,34 @@ static bool read_count(json_t *object, const char *key, const char *pointer, siz
 static double spread(double from, double to, double share, bool logarithmic);
 static void fault(struct bcd_errors *errors, const char *pointer, const char *key,
                   const char *detail);
+
+const char *sweep_slot_find(json_t *job, const char *pointer, struct sweep_slot *slot)
+{
+    *slot = (struct sweep_slot){.parent = job};
+    if (pointer[0] != '/' || pointer[1] == '\0')
+        return "must be a JSON pointer such as /potential/amplitude";
+    for (const char *c = pointer; *c;) {
+        size_t length = 0;
+        for (c++; *c && *c != '/'; c++) {
+            bool escaped = c[0] == '~' && (c[1] == '0' || c[1] == '1');
+            slot->key[length++] = escaped ? (c[1] == '0' ? '~' : '/') : *c;
+            c += escaped;
+        }
+        slot->key[length] = '\0';
+        if (json_is_array(slot->parent)) {
+            slot->index = strtoul(slot->key, NULL, 10);
+            if (length == 0 || length > 6 || strspn(slot->key, "0123456789") != length ||
+                slot->index >= json_array_size(slot->parent))
+                return "leads to no element of that list";
+        } else if (!json_is_object(slot->parent)) {
+            return "leads into what is no object of the base job";
+        }
+        if (*c)
+            slot->parent = json_is_array(slot->parent) ? json_array_get(slot->parent, slot->index)
+                                                       : json_object_get(slot->parent, slot->key);
+    }
+    return NULL;
+}
 
 json_t *sweep_axis_read(json_t *value, const char *pointer, struct bcd_errors *errors)
 {

@@ -23,34 +23,6 @@ struct sweep_walk {
 static void go(struct sweep_walk *walk, size_t point);
 static void put(const struct sweep_slot *slot, json_t *value);
 
-const char *sweep_slot_find(json_t *job, const char *pointer, struct sweep_slot *slot)
-{
-    *slot = (struct sweep_slot){.parent = job};
-    if (pointer[0] != '/' || pointer[1] == '\0')
-        return "must be a JSON pointer such as /potential/amplitude";
-    for (const char *c = pointer; *c;) {
-        size_t length = 0;
-        for (c++; *c && *c != '/'; c++) {
-            bool escaped = c[0] == '~' && (c[1] == '0' || c[1] == '1');
-            slot->key[length++] = escaped ? (c[1] == '0' ? '~' : '/') : *c;
-            c += escaped;
-        }
-        slot->key[length] = '\0';
-        if (json_is_array(slot->parent)) {
-            slot->index = strtoul(slot->key, NULL, 10);
-            if (length == 0 || length > 6 || strspn(slot->key, "0123456789") != length ||
-                slot->index >= json_array_size(slot->parent))
-                return "leads to no element of that list";
-        } else if (!json_is_object(slot->parent)) {
-            return "leads into what is no object of the base job";
-        }
-        if (*c)
-            slot->parent = json_is_array(slot->parent) ? json_array_get(slot->parent, slot->index)
-                                                       : json_object_get(slot->parent, slot->key);
-    }
-    return NULL;
-}
-
 struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, size_t end)
 {
     struct sweep_walk *walk = calloc(1, sizeof(*walk));
