@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * handle_events.c - what happens to one job, or to all of them, as Server-Sent Events; and the wait
- * for a job's end.
+ * handle_events.c - what happens to one job, or to all of them, as Server-Sent Events.
  *
  * THREADS  A listener belongs to its stream: http.c calls its functions one at a time.
  */
 #include "handle.h"
+#include "job_request.h"
 #include "limits.h"
 #include "reply.h"
 #include "stream_events.h"
@@ -52,7 +52,6 @@ static void add_moves(struct listener *listener, struct text *text);
 static void add_progress(struct listener *listener, struct text *text);
 static void add_counts(const struct listener *listener, struct text *text);
 static uint64_t resume_after(const struct service *service, const char *last_id);
-static bool hold_ready(void *state);
 
 void handle_events_job(const struct service *service, const struct call *call, struct reply *reply)
 {
@@ -99,7 +98,7 @@ static bool job_next(void *state, struct text *text)
     listener->since = feed_now(service->feed); /* before the store is asked */
     if (store_jobs_get(service->store, listener->id, &record) != STORE_OK)
         return true; /* the log says why; it is tried again */
-    double progress = handle_jobs_progress(service, &record);
+    double progress = job_request_progress(service, &record);
     struct job_move job = {.state = record.state};
     memcpy(job.id, record.id, sizeof(job.id));
     bool ended = record.finished_ms != 0;
@@ -266,32 +265,4 @@ static void add_counts(const struct listener *listener, struct text *text)
         text_add(text, "%s\"%s\":%" PRId64, state ? "," : "", job_state_name((enum job_state)state),
                  counts[state]);
     text_add(text, "}\n\n");
-}
-
-/* ------------------------------------------------------------------- ?wait= */
-
-struct waiting {
-    struct feed *feed;
-    uint64_t since;
-    int64_t seq;
-};
-
-void handle_events_hold(const struct service *service, int64_t seq, const struct wait *wait,
-                        struct reply *reply)
-{
-    struct waiting *waiting = malloc(sizeof(*waiting));
-    if (!waiting) {
-        reply_bcd(reply, BCD_NO_MEMORY, NULL);
-        return;
-    }
-    *waiting = (struct waiting){.feed = service->feed, .since = wait->since, .seq = seq};
-    reply_hold_take(reply,
-                    &(const struct hold){
-                        .ready = hold_ready, .free = free, .state = waiting, .wait_ms = wait->ms});
-}
-
-static bool hold_ready(void *state)
-{
-    struct waiting *waiting = state;
-    return feed_moved(waiting->feed, &waiting->since, waiting->seq);
 }

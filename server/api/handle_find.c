@@ -2,6 +2,7 @@
 #include "handle.h"
 #include "iso_time.h"
 #include "job_paths.h"
+#include "job_request.h"
 #include "limits.h"
 #include "nearest.h"
 #include "record_json.h"
@@ -242,7 +243,7 @@ static void print_page(const struct service *service, const struct find_page *pa
     for (size_t i = 0; views && i < page->count; i++)
         views[i] =
             (struct record_view){.record = &page->records[i],
-                                 .progress = handle_jobs_progress(service, &page->records[i])};
+                                 .progress = job_request_progress(service, &page->records[i])};
     reply_json_take(reply, views ? record_json_print_list(views, page->count, page->next) : NULL);
     free(views);
 }

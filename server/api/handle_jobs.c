@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "handle.h"
 #include "job_admit.h"
+#include "job_request.h"
 #include "limits.h"
 #include "record_json.h"
 #include "reply.h"
 #include "request_check.h"
-#include "scene_json.h"
 #include "store_audit.h"
 #include "store_jobs.h"
 #include "theory_print.h"
@@ -16,8 +16,24 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* What ?wait= asks for: after which change, and how long at most. */
+struct wait {
+    uint64_t since;
+    int64_t ms;
+};
+
+/* What an answer that is held looks at. */
+struct waiting {
+    struct feed *feed;
+    uint64_t since;
+    int64_t seq;
+};
+
 static bool must_wait(const struct service *service, const struct call *call,
                       const struct job_record *record, struct wait *wait);
+static void hold(const struct service *service, int64_t seq, const struct wait *wait,
+                 struct reply *reply);
+static bool has_moved(void *state);
 static void etag_of(const struct job_record *record, char etag[ETAG_SIZE]);
 static char *print(const struct service *service, const struct job_record *record, int origin);
 
@@ -36,28 +52,28 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
     const char *force = call_query(call, "force");
     job.force = force && strcmp(force, "true") == 0;
     if (!request_check_key(call->request, reply) ||
-        !handle_jobs_read(call->request, &scene, &ticket, reply))
+        !job_request_read(call->request, &scene, &ticket, reply))
         return;
     bcd_scene_estimate(scene, &estimate);
     job_admit_check(&estimate, &errors);
     if (errors.count > 0) {
         char more[512];
-        char *print = handle_estimate_print(service, scene, NULL);
+        char *print = job_request_print_estimate(service, scene, NULL);
         snprintf(more, sizeof(more), "\"estimate\":%s", print ? print : "null");
         reply_faults(reply, PROBLEM_TOO_COSTLY, &errors, more);
         free(print);
         goto cleanup;
     }
     enum store_status status = STORE_BROKEN;
-    handle_estimate(service, scene, &estimate);
+    job_request_estimate(service, scene, &estimate);
     if (job_admit_fill(scene, &estimate, &job))
         status = store_jobs_insert(service->store, &job, &record, &existed);
     if (status == STORE_CONFLICT) {
         reply_problem(reply, PROBLEM_KEY_REUSED,
                       "this Idempotency-Key came with another job before");
     } else if (status == STORE_QUOTA) {
-        handle_people_quota(service, ticket.owner,
-                            &(struct quota_need){{1, job.core_seconds, job.bytes}}, reply);
+        job_request_over_quota(service, ticket.owner,
+                               &(struct quota_need){{1, job.core_seconds, job.bytes}}, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the job was not taken");
     } else if (existed) {
@@ -85,7 +101,7 @@ void handle_jobs_get(const struct service *service, const struct call *call, str
     if (status != STORE_OK) {
         reply_store(reply, status, "such job");
     } else if (must_wait(service, call, &record, &wait)) {
-        handle_events_hold(service, record.seq, &wait, reply);
+        hold(service, record.seq, &wait, reply);
     } else if (record.finished_ms == 0) {
         reply_json_take(reply, print(service, &record, RECORD_PLAIN));
     } else {
@@ -106,6 +122,27 @@ static bool must_wait(const struct service *service, const struct call *call,
         return false;
     wait->ms = (int64_t)(strtod(seconds, NULL) * 1000) - call->request->waited_ms;
     return wait->ms > 0;
+}
+
+/* The answer waits until the job has moved, or long enough. */
+static void hold(const struct service *service, int64_t seq, const struct wait *wait,
+                 struct reply *reply)
+{
+    struct waiting *waiting = malloc(sizeof(*waiting));
+    if (!waiting) {
+        reply_bcd(reply, BCD_NO_MEMORY, NULL);
+        return;
+    }
+    *waiting = (struct waiting){.feed = service->feed, .since = wait->since, .seq = seq};
+    reply_hold_take(reply,
+                    &(const struct hold){
+                        .ready = has_moved, .free = free, .state = waiting, .wait_ms = wait->ms});
+}
+
+static bool has_moved(void *state)
+{
+    struct waiting *waiting = state;
+    return feed_moved(waiting->feed, &waiting->since, waiting->seq);
 }
 
 /* Records of jobs that have ended stay as they are, in one version of this program. */
@@ -158,11 +195,23 @@ void handle_jobs_cancel(const struct service *service, const struct call *call, 
     job_record_fini(&record);
 }
 
+void handle_jobs_estimate(const struct service *service, const struct call *call,
+                          struct reply *reply)
+{
+    struct ticket ticket = {0};
+    struct bcd_scene *scene = NULL;
+    snprintf(ticket.owner, sizeof(ticket.owner), "%s", call->identity.owner);
+    if (job_request_read(call->request, &scene, &ticket, reply))
+        reply_json_take(reply, job_request_print_estimate(service, scene, &ticket));
+    ticket_fini(&ticket);
+    bcd_scene_free(scene);
+}
+
 /* Takes up to seconds on a thread that has other connections to serve: one at a time. */
 void handle_jobs_theory(const struct service *service, const struct call *call, struct reply *reply)
 {
     struct bcd_scene *scene = NULL;
-    if (!handle_jobs_read(call->request, &scene, NULL, reply))
+    if (!job_request_read(call->request, &scene, NULL, reply))
         return;
     if (service->theory && atomic_flag_test_and_set(service->theory)) {
         reply_problem(reply, PROBLEM_BUSY, "another theory is being computed: try again");
@@ -174,33 +223,9 @@ void handle_jobs_theory(const struct service *service, const struct call *call, 
     bcd_scene_free(scene);
 }
 
-bool handle_jobs_read(const struct request *request, struct bcd_scene **scene,
-                      struct ticket *ticket, struct reply *reply)
-{
-    struct bcd_errors errors = {0};
-    if (!request_check_json(request, reply))
-        return false;
-    enum bcd_status status =
-        ticket ? scene_json_parse_ticket(request->body, request->body_size, scene, ticket, &errors)
-               : scene_json_parse(request->body, request->body_size, scene, &errors);
-    if (status != BCD_OK)
-        reply_bcd(reply, status, &errors);
-    return status == BCD_OK;
-}
-
-double handle_jobs_progress(const struct service *service, const struct job_record *record)
-{
-    if (record->state == JOB_DONE)
-        return 1;
-    double progress = queue_progress(service->queue, record->id);
-    if (progress >= 0)
-        return progress;
-    return record->chunks > 0 ? (double)record->chunks_done / (double)record->chunks : 0;
-}
-
 static char *print(const struct service *service, const struct job_record *record, int origin)
 {
     const struct record_view view = {
-        .record = record, .progress = handle_jobs_progress(service, record), .origin = origin};
+        .record = record, .progress = job_request_progress(service, record), .origin = origin};
     return record_json_print(&view);
 }

@@ -136,25 +136,6 @@ void handle_people_owner_put(const struct service *service, const struct call *c
         reply_store(reply, status, "the quotas were not set");
 }
 
-void handle_people_quota(const struct service *service, const char *name,
-                         const struct quota_need *need, struct reply *reply)
-{
-    struct owner_record owner;
-    struct bcd_errors errors = {0};
-    enum store_status status = store_owners_get(service->store, name, &owner);
-    enum quota quota = status == STORE_OK ? owner_record_excess(&owner, need) : QUOTAS;
-    if (quota == QUOTAS) { /* there is room again, or no answer */
-        reply_store(reply, status == STORE_OK ? STORE_QUOTA : status, "the job");
-        return;
-    }
-    bcd_errors_add(&errors, "", "needs %.6g %s; of %.6g that %s may have, %.6g are taken",
-                   need->value[quota], quota_names[quota], owner.quota[quota], name,
-                   owner_record_use(&owner, quota));
-    char *more = people_json_excess(&owner, quota, need->value[quota]);
-    reply_faults(reply, PROBLEM_QUOTA, &errors, more);
-    free(more);
-}
-
 void handle_people_audit(const struct service *service, const struct call *call,
                          struct reply *reply)
 {

@@ -4,6 +4,7 @@
  * one takes seconds on a thread that has other connections to serve.
  */
 #include "handle.h"
+#include "job_request.h"
 #include "limits.h"
 #include "reply.h"
 #include "request_check.h"
@@ -182,7 +183,7 @@ static void refuse_quota(const struct service *service, const char *owner,
         need.value[QUOTA_DAY_SECONDS] += points[i].job.core_seconds;
         need.value[QUOTA_BYTES] += points[i].job.bytes;
     }
-    handle_people_quota(service, owner, &need, reply);
+    job_request_over_quota(service, owner, &need, reply);
 }
 
 static void keep(const struct service *service, const struct sweep *sweep, struct sweep_new *kept,

@@ -5,7 +5,7 @@
 #ifndef REQUEST_CHECK_H
 #define REQUEST_CHECK_H
 
-#include "handle.h"
+#include "http.h"
 
 /* Content-Type: JSON, none, or what `curl -d` says when it is not told otherwise. */
 bool request_check_json(const struct request *request, struct reply *reply);

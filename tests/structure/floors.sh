@@ -25,7 +25,7 @@ system() {
         sed -E 's/^([^:]*):[^<]*<([^>]*)>.*/\1 \2/'
 }
 
-echo 1..13
+echo 1..14
 report "includes are found" "$([ "$(ours engine server | wc -l)" -gt 100 ] || echo "too few")"
 
 report "only http*.c and http_internal.h know libmicrohttpd" \
@@ -44,6 +44,14 @@ report "only client.c knows libcurl" \
 report "the command line knows no handler and no socket" "$(
     ours server/cli | grep -v '^server/cli/cli_schema.c openapi.h$' | while read -r file header; do
         [ ! -e "server/api/$header" ] && [ ! -e "server/http/$header" ] || echo "$file $header"
+    done
+)"
+
+report "no handler calls another file's" "$(
+    for file in server/api/handle_*.c; do
+        grep -ohE '\bhandle_[a-z_]+[ ]*\(' "$file" | sort -u | while read -r call; do
+            grep -qE "^[a-z].*\b${call%(}\(" "$file" || echo "$file $call"
+        done
     done
 )"
 

@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "job_request.h"
+#include "people_json.h"
+#include "record_json.h"
+#include "reply.h"
+#include "request_check.h"
+#include "scene_json.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <time.h>
+
+static int64_t now_ms(void);
+
+bool job_request_read(const struct request *request, struct bcd_scene **scene,
+                      struct ticket *ticket, struct reply *reply)
+{
+    struct bcd_errors errors = {0};
+    if (!request_check_json(request, reply))
+        return false;
+    enum bcd_status status =
+        ticket ? scene_json_parse_ticket(request->body, request->body_size, scene, ticket, &errors)
+               : scene_json_parse(request->body, request->body_size, scene, &errors);
+    if (status != BCD_OK)
+        reply_bcd(reply, status, &errors);
+    return status == BCD_OK;
+}
+
+void job_request_estimate(const struct service *service, const struct bcd_scene *scene,
+                          struct bcd_estimate *estimate)
+{
+    bcd_scene_estimate(scene, estimate);
+    estimate->core_seconds *=
+        calibration_factor(queue_calibration(service->queue), calibration_method(scene), NULL);
+}
+
+char *job_request_print_estimate(const struct service *service, const struct bcd_scene *scene,
+                                 const struct ticket *ticket)
+{
+    struct bcd_estimate estimate;
+    struct waiting_before before = {0};
+    struct workers_counts workers = {0};
+    struct record_ahead ahead = {.now_ms = now_ms()};
+    int64_t chunks = bcd_scene_chunks(scene);
+    job_request_estimate(service, scene, &estimate);
+    if (!ticket || store_owners_before(service->store, ticket, estimate.core_seconds, &before))
+        return record_json_estimate(&estimate, chunks, NULL);
+    ahead.factor = calibration_factor(queue_calibration(service->queue), calibration_method(scene),
+                                      &ahead.measured_seconds);
+    ahead.jobs_before = before.jobs;
+    ahead.core_seconds_before = before.seconds;
+    if (service->workers)
+        workers_count(service->workers, &workers);
+    /* All workers are at what goes before, and then as many at this as it has chunks. */
+    double all = (double)workers.alive, some = fmin(all, (double)chunks);
+    ahead.finishes_in = all > 0 ? before.seconds / all + estimate.core_seconds / some : INFINITY;
+    return record_json_estimate(&estimate, chunks, &ahead);
+}
+
+void job_request_over_quota(const struct service *service, const char *name,
+                            const struct quota_need *need, struct reply *reply)
+{
+    struct owner_record owner;
+    struct bcd_errors errors = {0};
+    enum store_status status = store_owners_get(service->store, name, &owner);
+    enum quota quota = status == STORE_OK ? owner_record_excess(&owner, need) : QUOTAS;
+    if (quota == QUOTAS) { /* there is room again, or no answer */
+        reply_store(reply, status == STORE_OK ? STORE_QUOTA : status, "the job");
+        return;
+    }
+    bcd_errors_add(&errors, "", "needs %.6g %s; of %.6g that %s may have, %.6g are taken",
+                   need->value[quota], quota_names[quota], owner.quota[quota], name,
+                   owner_record_use(&owner, quota));
+    char *more = people_json_excess(&owner, quota, need->value[quota]);
+    reply_faults(reply, PROBLEM_QUOTA, &errors, more);
+    free(more);
+}
+
+double job_request_progress(const struct service *service, const struct job_record *record)
+{
+    if (record->state == JOB_DONE)
+        return 1;
+    double progress = queue_progress(service->queue, record->id);
+    if (progress >= 0)
+        return progress;
+    return record->chunks > 0 ? (double)record->chunks_done / (double)record->chunks : 0;
+}
+
+static int64_t now_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * service.h - what requests are about: the daemon's parts, and a request that met its route.
+ */
+#ifndef SERVICE_H
+#define SERVICE_H
+
+#include "access.h"
+#include "feed.h"
+#include "http.h"
+#include "identity.h"
+#include "queue.h"
+#include "report_keeper.h"
+#include "store_jobs.h"
+#include "store_owners.h"
+#include "worker.h"
+
+#include <stdatomic.h>
+
+struct metrics;
+
+enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
+
+/* What the daemon consists of, as far as requests are concerned. Borrowed. */
+struct service {
+    struct store *store;
+    struct queue *queue;
+    struct access *access; /* NULL = everybody is OWNER_LOCAL, and may do everything */
+    struct feed *feed;
+    atomic_flag *theory;           /* set while one is computed; NULL = no limit */
+    struct report_keeper *reports; /* NULL = there are none */
+    struct workers *workers;       /* NULL = there are none */
+    struct metrics *metrics;       /* NULL = nothing is counted */
+    _Atomic(struct http *) http;   /* NULL until it is there */
+};
+
+/* A request that met its route; arg[i] is what stood in the place of the pattern's i-th {...}. */
+struct call {
+    const struct request *request;
+    struct identity identity; /* who asks */
+    char arg[CALL_ARGS_MAX][CALL_ARG_SIZE];
+};
+
+/* A query parameter, NULL when it was not given. What the route's row says of it holds: a word is
+ * one of its words, a number within its range. */
+const char *call_query(const struct call *call, const char *name);
+
+#endif
