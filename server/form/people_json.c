@@ -5,7 +5,6 @@
 #include "scene_json_tree.h"
 #include "text.h"
 
-#include <inttypes.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
@@ -251,9 +250,6 @@ char *people_json_audit(const struct audit_line *lines, size_t count, int64_t ne
         record_json_add_time(&text, "time", line->time_ms);
         text_add(&text, "}");
     }
-    if (next > 0)
-        text_add(&text, "],\"next\":\"%" PRId64 "\"}\n", next);
-    else
-        text_add(&text, "],\"next\":null}\n");
+    record_json_end_page_at(&text, next);
     return text_take(&text);
 }

@@ -28,10 +28,7 @@ char *record_json_print_list(const struct record_view *views, size_t count, cons
             text_add(&text, ",\n");
         add_record(&text, &views[i]);
     }
-    if (next)
-        text_add(&text, "],\"next\":\"%s\"}\n", next);
-    else
-        text_add(&text, "],\"next\":null}\n");
+    record_json_end_page(&text, next);
     return text_take(&text);
 }
 
@@ -117,6 +114,21 @@ static void add_record(struct text *text, const struct record_view *view)
              ",\"links\":{\"self\":\"/v1/jobs/%s\",\"results\":\"/v1/jobs/%s/results\","
              "\"events\":\"/v1/jobs/%s/events\"}}",
              record->id, record->id, record->id);
+}
+
+void record_json_end_page(struct text *text, const char *next)
+{
+    if (next)
+        text_add(text, "],\"next\":\"%s\"}\n", next);
+    else
+        text_add(text, "],\"next\":null}\n");
+}
+
+void record_json_end_page_at(struct text *text, int64_t next)
+{
+    char cursor[24];
+    snprintf(cursor, sizeof(cursor), "%" PRId64, next);
+    record_json_end_page(text, next > 0 ? cursor : NULL);
 }
 
 void record_json_add_time(struct text *text, const char *name, int64_t ms)

@@ -35,6 +35,11 @@ struct record_ahead {
 char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks,
                            const struct record_ahead *ahead);
 
+/* The end of a list and of its object, with the cursor of the page that follows: NULL, or a number
+ * that is not above 0, for none. */
+void record_json_end_page(struct text *text, const char *next);
+void record_json_end_page_at(struct text *text, int64_t next);
+
 /* ,"name":"2026-01-31T12:00:00.123Z" (UTC), null for 0. */
 void record_json_add_time(struct text *text, const char *name, int64_t ms);
 

@@ -32,10 +32,7 @@ char *sweep_print_list(const struct sweep_record *records, size_t count, int64_t
         add_record(&text, &records[i], false);
         text_add(&text, "}");
     }
-    if (next > 0)
-        text_add(&text, "],\"next\":\"%" PRId64 "\"}\n", next);
-    else
-        text_add(&text, "],\"next\":null}\n");
+    record_json_end_page_at(&text, next);
     return text_take(&text);
 }
 
