@@ -57,8 +57,17 @@ static void add_plain(struct job_paths *paths)
         add(paths, "%s", of_record[i]);
 }
 
+/* What stands beside a theory has the names that engine/reference.c gives it. */
 static void add_results(struct job_paths *paths, const struct bcd_table *table)
 {
+    static const char *const compared[] = {"chi_square", "degrees_of_freedom", "p_value"};
+    bool theory = false;
+    for (size_t i = 0; i < table->columns; i++)
+        theory = theory || table->column[i].role == BCD_ROLE_THEORY;
+    if (theory && table->scalar)
+        add(paths, "results.%s.z", table->name);
+    for (size_t i = 0; theory && i < sizeof(compared) / sizeof(compared[0]); i++)
+        add(paths, "results.%s.%s", table->name, compared[i]);
     for (size_t i = 0; table->scalar && i < table->columns; i++)
         add(paths, "results.%s.%s", table->name, table->column[i].name);
     for (size_t i = 0; i < table->notes; i++)
