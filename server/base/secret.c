@@ -35,6 +35,11 @@ bool secret_hash(const char *secret, unsigned char hash[SECRET_HASH_SIZE])
     return true;
 }
 
+const char *secret_find(const char *text)
+{
+    return strstr(text, "bcd_");
+}
+
 bool secret_same(const unsigned char a[SECRET_HASH_SIZE], const unsigned char b[SECRET_HASH_SIZE])
 {
     unsigned differs = 0;

@@ -20,6 +20,9 @@ bool secret_make(char secret[SECRET_SIZE]);
 /* False when the text cannot be one. */
 bool secret_hash(const char *secret, unsigned char hash[SECRET_HASH_SIZE]);
 
+/* Where something that looks like the beginning of one stands in a text; NULL if nowhere. */
+const char *secret_find(const char *text);
+
 /* Takes the same time wherever they differ. */
 bool secret_same(const unsigned char a[SECRET_HASH_SIZE], const unsigned char b[SECRET_HASH_SIZE]);
 

@@ -62,6 +62,8 @@ check "its own is not" status_is 200
 sleep 1
 with "$bert" GET /v1/me
 check "and closes when it expires" status_is 401
+with "$admin" DELETE "/v1/tokens/$bert"
+check "a token is not called by its secret" status_is 404
 with "$admin" GET '/v1/audit?action=token.create'
 check "the audit log knows" holds '.entries | length == 3'
 daemon_end TERM
