@@ -41,6 +41,7 @@ const char *sweep_slot_find(json_t *job, const char *pointer, struct sweep_slot 
         if (json_is_array(slot->parent)) {
             slot->index = strtoul(slot->key, NULL, 10);
             if (length == 0 || length > 6 || strspn(slot->key, "0123456789") != length ||
+                (length > 1 && slot->key[0] == '0') || /* a second name for the same */
                 slot->index >= json_array_size(slot->parent))
                 return "leads to no element of that list";
         } else if (!json_is_object(slot->parent)) {

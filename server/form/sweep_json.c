@@ -45,7 +45,9 @@ enum bcd_status sweep_json_parse(const char *text, size_t size, struct sweep **o
     if (errors->count == 0)
         form_groups(sweep, errors);
     if (errors->count == 0)
-        check_points(sweep, errors);
+        check_points(sweep, errors); /* before what takes time for each value */
+    for (size_t g = 0; g < sweep->group_count && errors->count == 0; g++)
+        check_twice(sweep, g, errors);
     status = errors->count > 0 ? BCD_INVALID : BCD_OK;
 cleanup:
     json_decref(root);
@@ -386,8 +388,6 @@ static void form_groups(struct sweep *sweep, struct bcd_errors *errors)
                            sweep->axes[first].pointer, sweep->groups[axis->group].length,
                            axis->pointer, length);
     }
-    for (size_t g = 0; g < sweep->group_count && errors->count == 0; g++)
-        check_twice(sweep, g, errors);
 }
 
 static void check_points(const struct sweep *sweep, struct bcd_errors *errors)

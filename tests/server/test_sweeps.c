@@ -167,6 +167,9 @@ static void refusals_name_the_place(void **state)
         {SWEEP("\"/seed\":7"), "/axes/~1seed", "must be a list of values"},
         {SWEEP("\"/seed\":[1,2,1]"), "/axes/~1seed/2", "is there before"},
         {SWEEP("\"/potential/amplitude\":[1]"), "/axes/~1potential~1amplitude", "no object"},
+        {"{\"base\":{\"potential\":{\"type\":\"fourier\",\"cosine\":[1,2]}},\"axes\":{"
+         "\"/potential/cosine/01\":[1]}}",
+         "/axes/~1potential~1cosine~101", "no element of that list"},
         {SWEEP("\"/observables\":[{\"energy\":{}}],\"/observables/msd\":[{}]"),
          "/axes/~1observables~1msd", "lies within"},
         {SWEEP("\"/diameter\":{\"from\":1,\"to\":2,\"points\":1}"), "/axes/~1diameter/points",
@@ -186,6 +189,8 @@ static void refusals_name_the_place(void **state)
         {SWEEP("\"/seed\":{\"first\":1,\"count\":1000},\"/time\":{\"from\":1,\"to\":2,"
                "\"points\":101}"),
          "/axes", "make 101000 points; LIMIT_SWEEP_POINTS_MAX is 100000"},
+        {SWEEP("\"/seed\":{\"first\":1,\"count\":90000},\"/time\":[1,2,1]"), "/axes",
+         "make 270000 points"},
         {"{\"base\":" BASE ",\"axes\":{\"/seed\":[1]},\"zip\":[[\"/seed\",\"/time\"]]}", "/zip/0/1",
          "must be the pointer of an axis"},
         {"{\"base\":" BASE ",\"axes\":{\"/seed\":[1],\"/time\":[1,2]},\"zip\":[[\"/seed\","
