@@ -22,6 +22,17 @@ DROP INDEX jobs_live_hash;
 CREATE UNIQUE INDEX jobs_live_hash ON jobs (hash)
     WHERE state IN ('queued', 'running', 'done') AND superseded = 0;
 
+-- Keys belong to whoever sent them: two owners may call their own requests alike.
+ALTER TABLE idempotency_keys RENAME TO keys_of_all;
+CREATE TABLE idempotency_keys (                      -- Idempotency-Key headers seen
+    owner TEXT NOT NULL,
+    key   TEXT NOT NULL CHECK (length(key) BETWEEN 1 AND 255),
+    job   INTEGER NOT NULL REFERENCES jobs (seq),    -- the job it was answered with
+    PRIMARY KEY (owner, key)
+) STRICT, WITHOUT ROWID;
+INSERT INTO idempotency_keys (owner, key, job) SELECT 'local', key, job FROM keys_of_all;
+DROP TABLE keys_of_all;
+
 CREATE TABLE job_tags (
     job INTEGER NOT NULL REFERENCES jobs (seq),
     tag TEXT NOT NULL CHECK (length(tag) BETWEEN 1 AND 64 AND tag NOT GLOB '*[^A-Za-z0-9._-]*'),

@@ -66,7 +66,9 @@ BEGIN
 END;
 
 CREATE TABLE sweep_keys (                            -- Idempotency-Key headers seen with sweeps
-    key   TEXT PRIMARY KEY CHECK (length(key) BETWEEN 1 AND 255),
+    owner TEXT NOT NULL,
+    key   TEXT NOT NULL CHECK (length(key) BETWEEN 1 AND 255),
     sweep INTEGER NOT NULL REFERENCES sweeps (seq),  -- the sweep it was answered with
-    hash  BLOB NOT NULL CHECK (length(hash) = 32)    -- and what was submitted
-) STRICT;
+    hash  BLOB NOT NULL CHECK (length(hash) = 32),   -- and what was submitted
+    PRIMARY KEY (owner, key)
+) STRICT, WITHOUT ROWID;

@@ -26,7 +26,12 @@ enum store_status store_make_id(char id[JOB_ID_SIZE], char kind)
     return STORE_OK;
 }
 
-/* The job that an idempotency key was first used for; STORE_CONFLICT if that is another job. */
+static const char *owner_of(const struct job_new *job)
+{
+    return job->ticket ? job->ticket->owner : OWNER_LOCAL;
+}
+
+/* The job that the owner's key was first used for; STORE_CONFLICT if that is another job. */
 static enum store_status find_key(sqlite3 *db, const struct job_new *job, struct job_record *record)
 {
     struct job_record found;
@@ -35,7 +40,8 @@ static enum store_status find_key(sqlite3 *db, const struct job_new *job, struct
 
     if (!job->idempotency_key)
         return STORE_NOT_FOUND;
-    row = stmt_init(db, "SELECT 1 FROM sweep_keys WHERE key = :key");
+    row = stmt_init(db, "SELECT 1 FROM sweep_keys WHERE owner = :owner AND key = :key");
+    stmt_bind_text(&row, ":owner", owner_of(job));
     stmt_bind_text(&row, ":key", job->idempotency_key);
     if (stmt_step(&row)) {
         stmt_fini(&row);
@@ -45,7 +51,9 @@ static enum store_status find_key(sqlite3 *db, const struct job_new *job, struct
     if (status)
         return status;
     row = stmt_init(db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs WHERE seq ="
-                        " (SELECT job FROM idempotency_keys WHERE key = :key)");
+                        " (SELECT job FROM idempotency_keys"
+                        " WHERE owner = :owner AND key = :key)");
+    stmt_bind_text(&row, ":owner", owner_of(job));
     stmt_bind_text(&row, ":key", job->idempotency_key);
     status = store_jobs_read_one(&row, &found);
     if (status)
@@ -157,11 +165,13 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
     return status ? status : store_jobs_find(db, id, record);
 }
 
-static enum store_status insert_key(sqlite3 *db, const char *key, int64_t seq)
+static enum store_status insert_key(sqlite3 *db, const struct job_new *job, int64_t seq)
 {
-    struct stmt row = stmt_init(db, "INSERT INTO idempotency_keys (key, job) VALUES (:key, :job)");
+    struct stmt row = stmt_init(db, "INSERT INTO idempotency_keys (owner, key, job)"
+                                    " VALUES (:owner, :key, :job)");
 
-    stmt_bind_text(&row, ":key", key);
+    stmt_bind_text(&row, ":owner", owner_of(job));
+    stmt_bind_text(&row, ":key", job->idempotency_key);
     stmt_bind_integer(&row, ":job", seq);
     return stmt_run(&row, NULL);
 }
@@ -172,7 +182,7 @@ static enum store_status insert_new(sqlite3 *db, const struct job_new *job,
 {
     const struct quota_need need = {{1, job->core_seconds, job->bytes}};
     enum store_status status =
-        store_owners_check(db, job->ticket ? job->ticket->owner : OWNER_LOCAL, &need);
+        store_owners_check(db, owner_of(job), &need);
 
     if (status == STORE_OK)
         status = insert_row(db, job, record);
@@ -209,7 +219,7 @@ enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct 
     if (status == STORE_NOT_FOUND)
         status = insert_new(db, job, &found);
     if (status == STORE_OK && job->idempotency_key && !known_key)
-        status = insert_key(db, job->idempotency_key, found.seq);
+        status = insert_key(db, job, found.seq);
     if (status)
         job_record_fini(&found);
     else

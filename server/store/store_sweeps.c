@@ -187,13 +187,16 @@ static enum store_status find_key(sqlite3 *db, const struct sweep_new *sweep,
 
     if (!sweep->idempotency_key)
         return STORE_NOT_FOUND;
-    row = stmt_init(db, "SELECT 1 FROM idempotency_keys WHERE key = :key");
+    row = stmt_init(db, "SELECT 1 FROM idempotency_keys WHERE owner = :owner AND key = :key");
+    stmt_bind_text(&row, ":owner", sweep->ticket->owner);
     stmt_bind_text(&row, ":key", sweep->idempotency_key);
     job = stmt_step(&row);
     status = stmt_fini(&row);
     if (status || job)
         return status ? status : STORE_CONFLICT;
-    row = stmt_init(db, "SELECT sweep, hash = :hash FROM sweep_keys WHERE key = :key");
+    row = stmt_init(db, "SELECT sweep, hash = :hash FROM sweep_keys"
+                        " WHERE owner = :owner AND key = :key");
+    stmt_bind_text(&row, ":owner", sweep->ticket->owner);
     stmt_bind_text(&row, ":key", sweep->idempotency_key);
     stmt_bind_blob(&row, ":hash", sweep->hash, JOB_HASH_SIZE);
     if (stmt_step(&row)) {
@@ -221,9 +224,10 @@ static enum store_status find_live(sqlite3 *db, const struct sweep_new *sweep,
 
 static enum store_status insert_key(sqlite3 *db, const struct sweep_new *sweep, int64_t seq)
 {
-    struct stmt row = stmt_init(db, "INSERT INTO sweep_keys (key, sweep, hash)"
-                                    " VALUES (:key, :sweep, :hash)");
+    struct stmt row = stmt_init(db, "INSERT INTO sweep_keys (owner, key, sweep, hash)"
+                                    " VALUES (:owner, :key, :sweep, :hash)");
 
+    stmt_bind_text(&row, ":owner", sweep->ticket->owner);
     stmt_bind_text(&row, ":key", sweep->idempotency_key);
     stmt_bind_integer(&row, ":sweep", seq);
     stmt_bind_blob(&row, ":hash", sweep->hash, JOB_HASH_SIZE);

@@ -110,6 +110,12 @@ static void an_idempotency_key_answers_with_its_job(void **state)
     job_record_fini(&again);
     assert_int_equal(store_jobs_insert(store, &other, &again, &existed), STORE_CONFLICT);
     bench_assert_counts(store, (int64_t[]){1, 0, 0, 0, 1});
+    /* Somebody else's key of the same name is another key. */
+    other.ticket = &(const struct ticket){.owner = "anna"};
+    assert_int_equal(store_jobs_insert(store, &other, &again, &existed), STORE_OK);
+    assert_false(existed);
+    job_record_fini(&again);
+    bench_assert_counts(store, (int64_t[]){2, 0, 0, 0, 1});
     job_record_fini(&first);
 }
 
