@@ -216,14 +216,31 @@ static bool choose(struct search *search, const char *states)
     return left > 0;
 }
 
+/* Which values of a column stand behind the end of the list already, whichever job has them. */
+static void rule_out(const struct search *search, int64_t segment, const struct column *column,
+                     bool behind[COLUMN_NONE + 1])
+{
+    struct place best = {.seq = (segment << SEGMENT_BITS) + SEGMENT_JOBS - 1};
+
+    behind[COLUMN_NONE] = places_behind(&search->places, &best);
+    for (size_t i = 0; i < column->count; i++) {
+        best.value = column->entry[i];
+        behind[i] = places_behind(&search->places, &best);
+    }
+}
+
 /* Offers the jobs that are left, with their values of what is sorted by (NULL = seq alone). */
 static enum store_status offer_all(struct search *search, int64_t segment,
                                    const struct column *column)
 {
+    bool behind[COLUMN_NONE + 1];
+
+    if (column)
+        rule_out(search, segment, column, behind);
     for (size_t i = 0; i < SEGMENT_JOBS; i++) {
         struct place place = {.seq = (segment << SEGMENT_BITS) + (int64_t)i};
 
-        if (!search->wanted[i])
+        if (!search->wanted[i] || (column && behind[column->code[i]]))
             continue;
         if (column)
             place.value = column_get(column, i);
@@ -238,29 +255,32 @@ static int place(const void *test, const struct scalar *value)
     return test_place(test, value);
 }
 
-/* The same in a sealed segment; its column is decoded only where news have to be put into it. */
+/* The same in a sealed segment; the news prevail. */
 static bool narrow_sealed(struct search *search, const struct term *term, int64_t segment)
 {
     const struct test *test = &term->test;
     struct column_filter filter = {place, test, test->relation == FIND_OTHER};
     struct stmt *row = &search->column_row;
-    struct scalar least, most;
+    bool before[SEGMENT_JOBS], any = term->key > 0 && step_column(search, term, segment);
     size_t count = 0;
+    const struct news *news = news_of(term, segment, &count);
+    memcpy(before, search->wanted, sizeof before);
+    if (any) {
+        struct scalar least = column_scalar(row->handle, 0), most = column_scalar(row->handle, 1);
 
-    news_of(term, segment, &count);
-    if (count > 0) {
-        load_column(search, term, segment);
-        return narrow(search, test, search->column);
+        any = test_may_accept(test, &least, &most);
     }
-    if (term->key == 0 || !step_column(search, term, segment))
-        return filter.negate; /* no job has a value */
-    least = column_scalar(row->handle, 0);
-    most = column_scalar(row->handle, 1);
-    if (!test_may_accept(test, &least, &most))
-        return false;
-    if (!column_narrow(sqlite3_column_blob(row->handle, 2),
-                       (size_t)sqlite3_column_bytes(row->handle, 2), &filter, search->wanted))
+    if (!any && !filter.negate)
+        memset(search->wanted, false, sizeof search->wanted);
+    else if (any &&
+             !column_narrow(sqlite3_column_blob(row->handle, 2),
+                            (size_t)sqlite3_column_bytes(row->handle, 2), &filter, search->wanted))
         row->status = store_fault(search->db, SQLITE_CORRUPT, "decode a column");
+    for (size_t i = 0; i < count; i++) {
+        size_t job = (size_t)news[i].job % SEGMENT_JOBS;
+
+        search->wanted[job] = before[job] && test_accepts(test, &news[i].value);
+    }
     return memchr(search->wanted, true, SEGMENT_JOBS) != NULL;
 }
 
