@@ -69,8 +69,9 @@ static size_t make_energy(unsigned char *bytes, size_t room)
     return size;
 }
 
-/* Written with the columns of version 1 alone, as that version would have. */
-static void fill(sqlite3 *db)
+/* Written with the columns of version 1 alone, as that version would have; but an Idempotency-Key
+ * has had an owner since version 3. */
+static void fill(sqlite3 *db, size_t version)
 {
     unsigned char bytes[8192];
     size_t size = make_energy(bytes, sizeof bytes);
@@ -89,10 +90,14 @@ static void fill(sqlite3 *db)
                 "UPDATE jobs SET state = 'failed', error = 'old \"reason\"', finished_ms = 7"
                 " WHERE seq IN (3, 1497);"
                 "UPDATE jobs SET state = 'cancelled', finished_ms = 8 WHERE seq = 1;"
-                "INSERT INTO idempotency_keys (key, job) VALUES ('old key', 2);"
                 "INSERT INTO chunks (job, chunk, bytes) VALUES (6, 1, x'0102'), (6, 3, x'03');"
                 "INSERT INTO checkpoints (job, chunk, bytes) VALUES (6, 2, x'040506');"),
         STORE_OK);
+    assert_int_equal(store_exec(db, version < 3 ? "INSERT INTO idempotency_keys (key, job)"
+                                                  " VALUES ('old key', 2)"
+                                                : "INSERT INTO idempotency_keys (owner, key, job)"
+                                                  " VALUES ('local', 'old key', 2)"),
+                     STORE_OK);
     row = stmt_init(db, "INSERT INTO results (job, position, observable, bytes)"
                         " SELECT seq, 0, 'energy', :bytes FROM jobs WHERE state = 'done'");
     stmt_bind_blob(&row, ":bytes", bytes, size);
@@ -114,7 +119,7 @@ static void make_old(struct bench *bench, struct migration *migrations, size_t v
     bench->store = NULL;
     temp_dir_remove(bench->dir);
     open_at(bench, migrations, version);
-    fill(bench->store->writer);
+    fill(bench->store->writer, version);
     assert_int_equal(bench_number(bench->store, "PRAGMA user_version"), version);
 }
 
