@@ -6,7 +6,7 @@
 SHORT='{"particles":2,"length":10,"time":1,"observables":{"energy":{},"msd":{"first":0.01,"last":0.1,"points":3}}}'
 LONG='{"particles":100,"length":200,"diameter":0.5,"time":1e6,"observables":{"msd":{"first":0.01,"last":1,"points":5}}}'
 # About half a second of work.
-SOME='{"particles":200,"length":400,"diameter":0.5,"time":250,"realizations":2,"observables":{"msd":{"first":0.01,"last":1,"points":5}}}'
+SOME='{"particles":200,"length":400,"diameter":0.5,"time":1500,"realizations":2,"observables":{"msd":{"first":0.01,"last":1,"points":5}}}'
 
 # listen FILE PATH [curl ...]: a stream into a file, in the background
 listen() {
@@ -127,7 +127,7 @@ ask GET '/v1/events?sweep=snone'
 check "no such sweep: 404" status_is 404
 
 # ---------------------------------------------------------------- ?wait=
-post_text "$(echo "$SOME" | sed 's/250/251/')"
+post_text "$(echo "$SOME" | sed 's/1500/1501/')"
 WAITED_ID=$ID
 started=$(date +%s%N)
 ask GET "/v1/jobs/$WAITED_ID?wait=0.1"
