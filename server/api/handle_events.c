@@ -129,12 +129,6 @@ static void add_job(struct text *text, const char *event, const struct job_move 
 void handle_events_all(const struct service *service, const struct call *call, struct reply *reply)
 {
     const char *owner = call_query(call, "owner");
-    if (owner && !owner_sound(owner)) {
-        struct bcd_errors errors = {0};
-        bcd_errors_add(&errors, "owner", "must be 1 to %d of a-z 0-9 _ -", OWNER_SIZE - 1);
-        reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
-        return;
-    }
     const char *sweep = call_query(call, "sweep");
     int64_t sweep_seq = 0;
     enum store_status status =

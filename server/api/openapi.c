@@ -155,6 +155,20 @@ static void add_query(struct text *text, const struct query_row *row)
     case QUERY_TIME:
         text_add(text, "\"type\":\"string\"");
         break;
+    case QUERY_LABEL:
+        text_add(text, "\"type\":\"string\",\"minLength\":1,\"maxLength\":%d",
+                 LIMIT_LABEL_CHARACTERS_MAX);
+        break;
+    case QUERY_OWNER:
+        text_add(text, "\"type\":\"string\",\"pattern\":\"^[a-z0-9_-]{1,%d}$\"", OWNER_SIZE - 1);
+        break;
+    case QUERY_TAG:
+        text_add(text, "\"type\":\"string\",\"pattern\":\"^[A-Za-z0-9._-]{1,%d}$\"",
+                 LIMIT_TAG_BYTES_MAX);
+        break;
+    case QUERY_ID:
+        text_add(text, "\"type\":\"string\",\"pattern\":\"^[a-z0-9-]{1,%d}$\"", CALL_ARG_SIZE - 1);
+        break;
     case QUERY_WORD:
         add_words(text, row->words);
         break;

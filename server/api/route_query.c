@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "route_query.h"
+#include "limits.h"
+#include "ticket.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -72,6 +74,26 @@ static void check_value(const struct query_row *row, const char *value, struct b
     switch (row->type) {
     case QUERY_TEXT:
     case QUERY_TIME:
+        break;
+    case QUERY_LABEL:
+        if (!ticket_label_sound(value))
+            bcd_errors_add(errors, row->name, "must be a text of 1 to %d characters",
+                           LIMIT_LABEL_CHARACTERS_MAX);
+        break;
+    case QUERY_OWNER:
+        if (!owner_sound(value))
+            bcd_errors_add(errors, row->name, "must be 1 to %d of a-z 0-9 _ -, not \"%.40s\"",
+                           OWNER_SIZE - 1, value);
+        break;
+    case QUERY_TAG:
+        if (!ticket_tag_sound(value))
+            bcd_errors_add(errors, row->name, "must be 1 to %d of A-Z a-z 0-9 . _ -, not \"%.40s\"",
+                           LIMIT_TAG_BYTES_MAX, value);
+        break;
+    case QUERY_ID:
+        if (!*value || value[strspn(value, "abcdefghijklmnopqrstuvwxyz0123456789-")] ||
+            strlen(value) >= CALL_ARG_SIZE)
+            bcd_errors_add(errors, row->name, "must be an id: a-z 0-9 -, not \"%.40s\"", value);
         break;
     case QUERY_WORD:
         if (!route_query_word(row->words, value))

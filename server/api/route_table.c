@@ -2,6 +2,7 @@
  * route_table.c - the rows; see routes.h. After a change here: make schema. */
 #include "limits.h"
 #include "routes.h"
+#include "store_audit.h"
 
 #include <string.h>
 
@@ -16,7 +17,10 @@
 #define SVG "image/svg+xml", NULL
 #define SSE "text/event-stream", NULL
 #define PLAIN "text/plain", NULL
-#define SAME {304, "", NULL} /* for If-None-Match */
+#define SAME                                                                                       \
+    {                                                                                              \
+        304, "", NULL                                                                              \
+    } /* for If-None-Match */
 #define P(name) ROUTE_PROBLEM(name)
 
 #define EXAMPLE_JOB                                                                                \
@@ -39,10 +43,10 @@ static const struct query_row submit_query[] = {
 static const struct query_row list_query[] = {
     {"state", QUERY_WORD, .words = "queued running done failed cancelled", .many = true,
      .doc = "jobs in it, or in one of them"},
-    {"owner", QUERY_TEXT, .doc = "whose jobs"},
-    {"label", QUERY_TEXT, .doc = "exactly this label"},
-    {"tag", QUERY_TEXT, .many = true, .doc = "jobs with this tag, with all of them"},
-    {"sweep", QUERY_TEXT, .many = true, .doc = "jobs of this sweep, of all of them"},
+    {"owner", QUERY_OWNER, .doc = "whose jobs"},
+    {"label", QUERY_LABEL, .doc = "exactly this label"},
+    {"tag", QUERY_TAG, .many = true, .doc = "jobs with this tag, with all of them"},
+    {"sweep", QUERY_ID, .many = true, .doc = "jobs of this sweep, of all of them"},
     {"submitted_after", QUERY_TIME, .doc = "at this moment or later"},
     {"submitted_before", QUERY_TIME, .doc = "before this moment"},
     {"started_after", QUERY_TIME, .doc = "likewise"},
@@ -63,14 +67,14 @@ static const struct query_row get_query[] = {
 };
 
 static const struct query_row events_query[] = {
-    {"owner", QUERY_TEXT, .doc = "of this owner's jobs only, and no counts"},
-    {"sweep", QUERY_TEXT, .doc = "of this sweep's jobs only; counts are of its points"},
+    {"owner", QUERY_OWNER, .doc = "of this owner's jobs only, and no counts"},
+    {"sweep", QUERY_ID, .doc = "of this sweep's jobs only; counts are of its points"},
     {0},
 };
 
 static const struct query_row audit_query[] = {
-    {"owner", QUERY_TEXT, .doc = "who did it"},
-    {"action", QUERY_TEXT, .doc = "job.submit, job.cancel, token.create, ..."},
+    {"owner", QUERY_OWNER, .doc = "who did it"},
+    {"action", QUERY_WORD, .words = STORE_AUDIT_ACTIONS, .doc = "what was done"},
     {"object", QUERY_TEXT, .doc = "id of the job, sweep, token or owner"},
     {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
     {"cursor", QUERY_INTEGER, .min = 1, .max = 1e15, .doc = "\"next\" of the page before"},
@@ -84,7 +88,7 @@ static const struct query_row picture_query[] = {
 };
 
 static const struct query_row sweeps_query[] = {
-    {"owner", QUERY_TEXT, .doc = "sweeps of this owner"},
+    {"owner", QUERY_OWNER, .doc = "sweeps of this owner"},
     {"limit", QUERY_INTEGER, .min = 1, .max = LIMIT_LIST_ROWS_MAX, .doc = "how many; 50"},
     {"cursor", QUERY_TEXT, .doc = "\"next\" of the page before"},
     {0},

@@ -15,6 +15,10 @@
  * given twice or has no row at all; handlers read it with call_query(). */
 enum query_type {
     QUERY_TEXT,    /* anything; the handler tells */
+    QUERY_LABEL,   /* a text that can be a label: not empty, not too long */
+    QUERY_OWNER,   /* what an owner can be called */
+    QUERY_TAG,     /* what a tag can be */
+    QUERY_ID,      /* what an id of ours looks like; the handler tells whose */
     QUERY_WORD,    /* one of `words` */
     QUERY_BOOLEAN, /* true or false */
     QUERY_INTEGER, /* min..max */

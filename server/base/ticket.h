@@ -18,4 +18,8 @@ struct ticket {
 };
 void ticket_fini(struct ticket *ticket);
 
+/* What can be a tag; what a label can be that says something. */
+bool ticket_tag_sound(const char *tag);
+bool ticket_label_sound(const char *label);
+
 #endif

@@ -155,11 +155,13 @@ bool people_json_read_quotas(const char *text, size_t size, double quota[QUOTAS]
             fault_key(key, "queued_points, core_seconds_per_day, stored_bytes", errors);
         else if (json_is_null(value))
             quota[i] = -1;
-        else if (json_is_number(value) && number >= 0 && number <= 1e15)
-            quota[i] = i == QUOTA_DAY_SECONDS ? number : floor(number);
+        else if (json_is_number(value) && number >= 0 && number <= 1e15 &&
+                 (i == QUOTA_DAY_SECONDS || number == rint(number)))
+            quota[i] = number;
         else
             bcd_errors_add(errors, pointer,
-                           "must be a number from 0 to 1e15, or null: the default");
+                           "must be a %snumber from 0 to 1e15, or null: the default",
+                           i == QUOTA_DAY_SECONDS ? "" : "whole ");
     }
     json_decref(object);
     return errors->count == 0;

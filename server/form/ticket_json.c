@@ -115,10 +115,7 @@ static void read_tags(const json_t *value, struct ticket *ticket, struct bcd_err
 static bool tag_sound(const json_t *value)
 {
     const char *tag = json_string_value(value);
-    size_t length = json_string_length(value);
-    return tag && length > 0 && length <= LIMIT_TAG_BYTES_MAX &&
-           strspn(tag, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") ==
-               length;
+    return tag && strlen(tag) == json_string_length(value) && ticket_tag_sound(tag);
 }
 
 static void read_priority(const json_t *value, struct ticket *ticket, struct bcd_errors *errors)

@@ -12,10 +12,15 @@
 
 #include <stdint.h>
 
+/* All that can be done, with blanks between. */
+#define STORE_AUDIT_ACTIONS                                                                        \
+    "job.submit job.cancel sweep.submit sweep.extend sweep.retry sweep.cancel token.create "       \
+    "token.revoke owner.quota access.refuse"
+
 /* A line to be written. Borrowed. */
 struct audit_new {
     const struct identity *by;
-    const char *action; /* "job.submit", "job.cancel", "sweep.submit", "token.create", ... */
+    const char *action; /* one of these */
     const char *object; /* id of the job, sweep, token or owner */
     const char *detail; /* words, or "" */
 };

@@ -90,13 +90,63 @@ static const char *const bad[][2] = {{"limit", "0"},
                                      {"submitted_after", "yesterday"},
                                      {"submitted_after", "2026-02-30"},
                                      {"submitted_before", "2026-11-26T25:00"},
-                                     {"submitted_before", "12"}};
+                                     {"submitted_before", "12"},
+                                     /* values that no job can have */
+                                     {"diameter", "NaN"},
+                                     {"diameter", ""},
+                                     {"diameter", "no number"},
+                                     {"diameter", "nan..inf"},
+                                     {"diameter", "0.3..inf"},
+                                     {"diameter", "-inf..0.3"},
+                                     {"diameter", ".."},
+                                     {"diameter", "0.5..0.3"},
+                                     {"diameter", "1e999"},
+                                     {"diameter", "0x1"},
+                                     {"diameter", " 0.5"},
+                                     {"diameter", "0.3..0.4..0.5"},
+                                     {"diameter!", "NaN"},
+                                     {"diameter>", "inf"},
+                                     {"diameter<", "-Infinity"},
+                                     {"potential.amplitude", "six"},
+                                     {"particles", "0b1"},
+                                     {"seed", "two"},
+                                     {"priority", "high"},
+                                     {"priority!", ""},
+                                     {"derived.steps", "many"},
+                                     {"derived.diffusion", "nan"},
+                                     {"derived.method>", "3"},
+                                     {"results.energy.energy", "NaN"},
+                                     {"results.energy.energy", ""},
+                                     {"method", "' OR 1=1"},
+                                     {"method", "bdc"},
+                                     {"method>", "1"},
+                                     {"time_step", "automatic"},
+                                     {"potential.type", "cosinus"},
+                                     {"potential.type!", ""},
+                                     {"boundary", "wall"},
+                                     {"owner", "Anna"},
+                                     {"owner", ""},
+                                     {"owner!", "a b"},
+                                     {"label", ""},
+                                     {"tag", "no such tag"},
+                                     {"tag", ""},
+                                     {"sweep", "xx"},
+                                     {"sweep", ""},
+                                     {"sweep", "s/../x"},
+                                     {"submitted_at", "yesterday"},
+                                     {"finished_at>", "nan"},
+                                     {"submitted_at", "2026-11-26..yesterday"},
+                                     {"submitted_at", "2026-11-27..2026-11-26"}};
 static const char *const good[][2] = {{"limit", "1000"},
                                       {"potential.amplitude", "6"},
                                       {"potential.type", "cosine"},
                                       {"observables.msd.last", "1"},
-                                      {"diameter", "no number"},
-                                      {"method", "' OR 1=1"},
+                                      {"method", "bcd"},
+                                      {"method!", "auto"},
+                                      {"time_step", "auto"},
+                                      {"time_step", "1e-3..1"},
+                                      {"time_step>", "1e-3"},
+                                      {"potential.type", "fourier"},
                                       {"sort", "-submitted"},
                                       {"sort", "finished"},
                                       {"sort", "diameter"},
@@ -107,7 +157,9 @@ static const char *const good[][2] = {{"limit", "1000"},
                                       {"diameter!", "0.3"},
                                       {"diameter", "0.3..0.5"},
                                       {"diameter", "0.3.."},
-                                      {"diameter", ".."},
+                                      {"diameter", "-1e-3..+.5"},
+                                      {"diameter", "0...5"},
+                                      {"seed", "18446744073709551615"},
                                       {"derived.method", "strang"},
                                       {"results.current.stderr<", "1"},
                                       {"results.density.p_value<", "0.01"},
@@ -115,12 +167,16 @@ static const char *const good[][2] = {{"limit", "1000"},
                                       {"results.contact_force.mean_force>", "1"},
                                       {"owner", "local"},
                                       {"label", "a..b"},
-                                      {"tag", "no such tag"},
+                                      {"tag", "no-such-tag"},
+                                      {"owner!", "anna"},
+                                      {"label", "1..2"},
                                       {"priority>", "0"},
                                       {"submitted_after", "2026-11-26"},
                                       {"started_after", "2026-11-26T12:00:30.5+01:00"},
                                       {"finished_before", "2026-11-26T12:00Z"},
-                                      {"submitted_at>", "1764158400000"}};
+                                      {"submitted_at>", "1764158400000"},
+                                      {"submitted_at>", "2026-11-26"},
+                                      {"finished_at", "2026-11-26..2026-11-27T12:00"}};
 
 static void bad_lists(void **state)
 {
@@ -168,7 +224,10 @@ static void filters_say_what_they_mean(void **state)
     assert_int_equal(count_listed(f, "seed", "2..4"), 3);
     assert_int_equal(count_listed(f, "seed", "2.."), 4);
     assert_int_equal(count_listed(f, "seed", "..2"), 2);
-    assert_int_equal(count_listed(f, "seed", "7..2"), 0);
+    assert_int_equal(count_listed(f, "submitted_at", "2020-01-01..2999-01-01"), 5);
+    assert_int_equal(count_listed(f, "submitted_at<", "2020-01-01"), 0);
+    assert_int_equal(count_listed(f, "method", "auto"), 5);
+    assert_int_equal(count_listed(f, "method!", "auto"), 0);
     assert_int_equal(count_listed(f, "tag", "t1"), 3);
     assert_int_equal(count_listed(f, "label", "a..b"), 0);
     assert_int_equal(count_listed(f, "owner", "local"), 5);
@@ -181,7 +240,9 @@ static void filters_say_what_they_mean(void **state)
     assert_true(strstr(f->reply.body, "\"seed\":1") < strstr(f->reply.body, "\"seed\":5"));
     assert_int_equal(ask_list(f, "sort", "-seed"), 200);
     assert_true(strstr(f->reply.body, "\"seed\":1") > strstr(f->reply.body, "\"seed\":5"));
-    assert_int_equal(count_listed(f, "sweep", "snone"), 0);
+    assert_int_equal(ask_list(f, "sweep", "snone"), 400);
+    assert_says(f, "{\"parameter\":\"sweep\",\"detail\":\"must be the id of a sweep; there is none "
+                   "with \\\"snone\\\"\"}");
     const struct request sweep = {
         .method = "POST",
         .path = "/v1/sweeps",
@@ -192,6 +253,10 @@ static void filters_say_what_they_mean(void **state)
     assert_int_equal(desk_send(f, &sweep), 202);
     desk_take_id(f, id);
     assert_int_equal(count_listed(f, "sweep", id), 4); /* two of them were there already */
+    assert_int_equal(ask_list(f, "diameter", "NaN"), 400);
+    assert_says(f, "must be a number, a range like 0.3..0.5 or 0.3.., not \\\"NaN\\\"");
+    assert_int_equal(ask_list(f, "boundary", "wall"), 400);
+    assert_says(f, "must be one of periodic walls, not ");
     assert_int_equal(ask_list(f, "diametr", "1"), 400);
     assert_says(f, "did you mean \\\"diameter\\\"?");
     assert_int_equal(ask_list(f, "observables.msd.xyzzyplugh", "1"), 400);

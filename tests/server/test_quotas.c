@@ -132,12 +132,18 @@ static void faulty_quotas(void **state)
         "{\"queued_points\":\"1\"}",
         "{\"points\":1}",
         "{\"stored_bytes\":1e16}",
+        "{\"stored_bytes\":0.5}",
+        "{\"queued_points\":true}",
+        "{\"core_seconds_per_day\":[]}",
         "[]",
     };
     struct desk f = open_service(*state);
     for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
         if (ask(&f, "PUT", "/v1/owners/anna", bad[i]) != 422)
             fail_msg("%s: %d", bad[i], f.reply.status);
+    assert_int_equal(ask(&f, "PUT", "/v1/owners/anna", "{\"queued_points\":1.5}"), 422);
+    assert_says(&f,
+                "{\"pointer\":\"/queued_points\",\"detail\":\"must be a whole number from 0 to ");
     assert_int_equal(ask(&f, "PUT", "/v1/owners/anna", "{"), 400);
     assert_int_equal(ask(&f, "PUT", "/v1/owners/Anna", "{}"), 404);
     assert_int_equal(ask(&f, "PUT", "/v1/owners/abcdefghijklmnopqrstuvwxyz0123456", "{}"), 404);
