@@ -7,12 +7,14 @@
  */
 #include "bcd.h"
 #include "config.h"
+#include "description.h"
 #include "handle.h"
 #include "http_guard.h"
 #include "log.h"
 #include "metrics.h"
 #include "record_json.h"
 #include "routes.h"
+#include "stream_counts.h"
 #include "token.h"
 #include "worker.h"
 
@@ -59,14 +61,24 @@ int main(int argc, char **argv)
 
 static int serve(const struct config *config)
 {
-    atomic_flag theory = ATOMIC_FLAG_INIT;
+    atomic_flag theory = ATOMIC_FLAG_INIT, backup = ATOMIC_FLAG_INIT;
     struct metrics metrics = {0};
-    struct service service = {.theory = &theory, .metrics = &metrics};
+    struct stream_counts streams = STREAM_COUNTS_INIT;
+    struct description description = {0};
+    struct service service = {.theory = &theory,
+                              .backup = &backup,
+                              .metrics = &metrics,
+                              .streams = &streams,
+                              .description = &description};
     struct http *http = NULL;
     char reason[512] = "the store or the queue cannot be started, the log says why";
     int result = EXIT_FAILED, number = 0;
     sigset_t ending;
     block_signals(&ending);
+    if (!description_init(&description)) {
+        snprintf(reason, sizeof(reason), "out of memory");
+        goto cleanup;
+    }
     if (store_open(&service.store, config->data, reason, sizeof(reason)) != STORE_OK ||
         access_create(&service.access, service.store, config->auth,
                       http_guard_loopback(config->host), reason, sizeof(reason)) != STORE_OK)
@@ -115,6 +127,7 @@ cleanup:
     queue_free(service.queue);
     access_free(service.access);
     store_close(service.store);
+    description_fini(&description);
     return result;
 }
 

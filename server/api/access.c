@@ -24,6 +24,7 @@ struct access {
     size_t refused;     /* and how many there were since */
 };
 
+static bool is_open(const struct access *access);
 static bool any_admin(const struct access *access);
 static const char *bearer(const char *authorization);
 static int64_t now_ms(void);
@@ -50,7 +51,9 @@ enum store_status access_create(struct access **access, struct store *store, enu
     made->mode = mode;
     made->loopback = loopback;
     pthread_rwlock_init(&made->lock, NULL);
-    enum store_status status = access_reload(made);
+    enum store_status status = store_tokens_forget(store);
+    if (status == STORE_OK)
+        status = access_reload(made);
     if (status == STORE_OK && !loopback && !any_admin(made)) {
         snprintf(reason, size,
                  "this address can be reached from other machines, and no admin has a token that "
@@ -104,8 +107,7 @@ struct identity access_identify(struct access *access, const struct request *req
     const struct token_record *found = NULL;
     *why = "this needs a token: Authorization: Bearer bcd_...";
     pthread_rwlock_rdlock(&access->lock);
-    bool open = access->loopback && access->mode != ACCESS_REQUIRED &&
-                (access->mode == ACCESS_OPEN || access->count == 0);
+    bool open = is_open(access);
     for (size_t i = 0; sound && i < access->count; i++)
         if (secret_same(hash, access->tokens[i].hash))
             found = &access->tokens[i];
@@ -122,6 +124,23 @@ struct identity access_identify(struct access *access, const struct request *req
     }
     pthread_rwlock_unlock(&access->lock);
     return identity;
+}
+
+bool access_still(struct access *access, const struct identity *identity, const char **why)
+{
+    const struct token_record *found = NULL;
+    *why = "from now on this needs a token";
+    pthread_rwlock_rdlock(&access->lock);
+    bool still = !identity->token[0] && is_open(access);
+    for (size_t i = 0; identity->token[0] && !found && i < access->count; i++)
+        if (strcmp(access->tokens[i].id, identity->token) == 0)
+            found = &access->tokens[i];
+    if (identity->token[0]) {
+        still = found && token_record_live(found, now_ms());
+        *why = found && !found->revoked_ms ? "the token has expired" : "the token was revoked";
+    }
+    pthread_rwlock_unlock(&access->lock);
+    return still;
 }
 
 void access_note_refusal(struct access *access, const char *route, const char *why)
@@ -143,6 +162,13 @@ void access_note_refusal(struct access *access, const char *route, const char *w
     log_write(LOG_LEVEL_WARNING, "access_refused",
               LOG_FIELDS(log_text("route", route), log_text("reason", detail)));
     store_audit_write(access->store, &(struct audit_new){&nobody, "access.refuse", route, detail});
+}
+
+/* To everybody on this machine. The lock is held. */
+static bool is_open(const struct access *access)
+{
+    return access->loopback && access->mode != ACCESS_REQUIRED &&
+           (access->mode == ACCESS_OPEN || access->count == 0);
 }
 
 static bool any_admin(const struct access *access)

@@ -41,6 +41,9 @@ enum store_status access_reload(struct access *access);
 struct identity access_identify(struct access *access, const struct request *request,
                                 const char **why);
 
+/* Whether somebody who was let in would be so now; if not, words in `why`. */
+bool access_still(struct access *access, const struct identity *identity, const char **why);
+
 /* Notes a refusal in log and audit log, not every one when they come thick and fast. `route` is
  * what was asked for. */
 void access_note_refusal(struct access *access, const char *route, const char *why);

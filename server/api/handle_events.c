@@ -8,6 +8,7 @@
 #include "job_request.h"
 #include "limits.h"
 #include "reply.h"
+#include "stream_counts.h"
 #include "stream_events.h"
 
 #include <inttypes.h>
@@ -19,9 +20,15 @@
 enum { RETRY_MS = 2000, MOVES_AT_ONCE = 64 };
 static const double progress_step = 0.001; /* less is not worth an event */
 
+/* Who listens, until their token ends. */
+struct guest {
+    const struct service *service;
+    struct identity identity;
+};
+
 /* Somebody who listens to one job. */
 struct job_listener {
-    const struct service *service;
+    struct guest guest; /* first: leave() frees any listener */
     char id[JOB_ID_SIZE];
     int64_t seq;
     uint64_t since;
@@ -32,7 +39,7 @@ struct job_listener {
 
 /* Somebody who listens to all, or to those of an owner or a sweep. */
 struct listener {
-    const struct service *service;
+    struct guest guest;     /* first */
     char owner[OWNER_SIZE]; /* "" = of all */
     int64_t sweep;          /* seq; 0 = of any and none */
     uint64_t since;
@@ -41,6 +48,10 @@ struct listener {
     size_t told_count;
 };
 
+static bool enter(const struct service *service, const struct call *call, struct guest *guest,
+                  struct reply *reply);
+static void leave(void *state);
+static bool may_stay(const struct guest *guest, struct text *text);
 static bool job_fresh(void *state);
 static bool job_next(void *state, struct text *text);
 static void add_job(struct text *text, const char *event, const struct job_move *job,
@@ -67,21 +78,56 @@ void handle_events_job(const struct service *service, const struct call *call, s
         job_record_fini(&record);
         return;
     }
-    listener->service = service;
     listener->seq = record.seq;
     memcpy(listener->id, record.id, sizeof(listener->id));
     job_record_fini(&record);
+    if (!enter(service, call, &listener->guest, reply)) {
+        free(listener);
+        return;
+    }
     const struct stream stream = stream_events_take(&(const struct events){
-        .fresh = job_fresh, .next = job_next, .free = free, .state = listener});
+        .fresh = job_fresh, .next = job_next, .free = leave, .state = listener});
     reply_events_take(reply, &stream);
+}
+
+/* False, with the reply filled, when the owner has enough streams. */
+static bool enter(const struct service *service, const struct call *call, struct guest *guest,
+                  struct reply *reply)
+{
+    *guest = (struct guest){.service = service, .identity = call->identity};
+    if (!service->streams || stream_counts_take(service->streams, guest->identity.owner))
+        return true;
+    reply_problem(reply, PROBLEM_QUOTA,
+                  "%s has %d event streams open already (LIMIT_OWNER_STREAMS_MAX)",
+                  guest->identity.owner, LIMIT_OWNER_STREAMS_MAX);
+    return false;
+}
+
+/* A listener begins with its guest. */
+static void leave(void *state)
+{
+    const struct guest *guest = state;
+    if (guest->service->streams)
+        stream_counts_give(guest->service->streams, guest->identity.owner);
+    free(state);
+}
+
+/* Looked at whenever events may be written: at least once a second. */
+static bool may_stay(const struct guest *guest, struct text *text)
+{
+    const char *why;
+    if (!guest->service->access || access_still(guest->service->access, &guest->identity, &why))
+        return true;
+    text_add(text, "event: end\ndata: {\"reason\":\"%s\"}\n\n", why);
+    return false;
 }
 
 static bool job_fresh(void *state)
 {
     struct job_listener *listener = state;
-    if (feed_moved(listener->service->feed, &listener->since, listener->seq))
+    if (feed_moved(listener->guest.service->feed, &listener->since, listener->seq))
         return true;
-    double progress = queue_progress(listener->service->queue, listener->id);
+    double progress = queue_progress(listener->guest.service->queue, listener->id);
     return progress >= 0 && fabs(progress - listener->told) >= progress_step;
 }
 
@@ -89,8 +135,10 @@ static bool job_fresh(void *state)
 static bool job_next(void *state, struct text *text)
 {
     struct job_listener *listener = state;
-    const struct service *service = listener->service;
+    const struct service *service = listener->guest.service;
     struct job_record record = {0};
+    if (!may_stay(&listener->guest, text))
+        return false;
     if (!listener->begun)
         text_add(text, "retry: %d\n\n", RETRY_MS);
     else if (!job_fresh(listener))
@@ -142,13 +190,16 @@ void handle_events_all(const struct service *service, const struct call *call, s
         reply_bcd(reply, BCD_NO_MEMORY, NULL);
         return;
     }
-    listener->service = service;
+    if (!enter(service, call, &listener->guest, reply)) {
+        free(listener);
+        return;
+    }
     listener->sweep = sweep_seq;
     listener->since = resume_after(service, call->request->last_event_id);
     if (owner)
         snprintf(listener->owner, sizeof(listener->owner), "%s", owner);
     const struct stream stream = stream_events_take(&(const struct events){
-        .fresh = all_fresh, .next = all_next, .free = free, .state = listener});
+        .fresh = all_fresh, .next = all_next, .free = leave, .state = listener});
     reply_events_take(reply, &stream);
 }
 
@@ -169,9 +220,9 @@ static bool all_fresh(void *state)
 {
     struct listener *listener = state;
     struct feed_progress jobs[LIMIT_FEED_RUNNING];
-    if (listener->behind || feed_now(listener->service->feed) != listener->since)
+    if (listener->behind || feed_now(listener->guest.service->feed) != listener->since)
         return true;
-    size_t count = feed_progress(listener->service->feed, jobs, LIMIT_FEED_RUNNING);
+    size_t count = feed_progress(listener->guest.service->feed, jobs, LIMIT_FEED_RUNNING);
     if (count != listener->told_count)
         return true;
     for (size_t i = 0; i < count; i++)
@@ -184,7 +235,9 @@ static bool all_fresh(void *state)
 static bool all_next(void *state, struct text *text)
 {
     struct listener *listener = state;
-    bool changed = !listener->begun || feed_now(listener->service->feed) != listener->since;
+    if (!may_stay(&listener->guest, text))
+        return false;
+    bool changed = !listener->begun || feed_now(listener->guest.service->feed) != listener->since;
     if (!listener->begun)
         text_add(text, "retry: %d\n\n", RETRY_MS);
     listener->begun = true;
@@ -205,7 +258,7 @@ static bool concerns(const struct listener *listener, const struct job_move *job
 /* Of several changes of a job in one batch only the last is told. */
 static void add_moves(struct listener *listener, struct text *text)
 {
-    struct feed *feed = listener->service->feed;
+    struct feed *feed = listener->guest.service->feed;
     struct job_move moves[MOVES_AT_ONCE];
     bool lost;
     size_t count = feed_read(feed, &listener->since, moves, MOVES_AT_ONCE, &lost);
@@ -219,8 +272,9 @@ static void add_moves(struct listener *listener, struct text *text)
             later++;
         if (later < count || !concerns(listener, &moves[i]))
             continue;
-        double progress =
-            moves[i].state == JOB_DONE ? 1 : queue_progress(listener->service->queue, moves[i].id);
+        double progress = moves[i].state == JOB_DONE
+                              ? 1
+                              : queue_progress(listener->guest.service->queue, moves[i].id);
         text_add(text, "id: %" PRIx64 "-%" PRIu64 "\n", feed_start(feed), listener->since);
         add_job(text, "job", &moves[i], progress < 0 ? 0 : progress);
     }
@@ -229,7 +283,7 @@ static void add_moves(struct listener *listener, struct text *text)
 static void add_progress(struct listener *listener, struct text *text)
 {
     struct feed_progress jobs[LIMIT_FEED_RUNNING];
-    size_t count = feed_progress(listener->service->feed, jobs, LIMIT_FEED_RUNNING);
+    size_t count = feed_progress(listener->guest.service->feed, jobs, LIMIT_FEED_RUNNING);
     for (size_t i = 0; i < count; i++) {
         size_t old = 0;
         while (old < listener->told_count && listener->told[old].job.seq != jobs[i].job.seq)
@@ -247,7 +301,7 @@ static void add_progress(struct listener *listener, struct text *text)
 static void add_counts(const struct listener *listener, struct text *text)
 {
     int64_t counts[JOB_STATES];
-    const struct service *service = listener->service;
+    const struct service *service = listener->guest.service;
     enum store_status status = listener->sweep
                                    ? store_watch_counts(service->store, listener->sweep, counts)
                                    : store_jobs_counts(service->store, counts);

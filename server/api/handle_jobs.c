@@ -176,12 +176,9 @@ void handle_jobs_cancel(const struct service *service, const struct call *call, 
     if (!may_cancel(service, call, reply))
         return;
     /* The store first: what it says stands, and the queue only saves the work. */
-    enum store_status cancelled = store_jobs_cancel(service->store, id);
-    if (cancelled == STORE_OK) {
+    enum store_status cancelled = store_jobs_cancel_by(service->store, id, &call->identity);
+    if (cancelled == STORE_OK)
         queue_cancel(service->queue, id);
-        store_audit_write(service->store,
-                          &(struct audit_new){&call->identity, "job.cancel", id, ""});
-    }
     enum store_status status = cancelled;
     if (cancelled == STORE_OK || cancelled == STORE_CONFLICT)
         status = store_jobs_get(service->store, id, &record);

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "description.h"
 #include "handle.h"
-#include "openapi.h"
 #include "limits.h"
 #include "reply.h"
 #include "routes.h"
-#include "schema_json.h"
 #include "store_health.h"
 #include "store_jobs.h"
 #include "text.h"
@@ -13,6 +12,9 @@
 
 static void check_store(const struct service *service, struct bcd_errors *errors);
 static void check_workers(const struct service *service, struct bcd_errors *errors);
+static const struct description *describe(const struct service *service, struct description *made);
+static void reply_fixed(const struct call *call, const char *type, const struct fixed_text *fixed,
+                        struct reply *reply);
 
 void handle_service_health(const struct service *service, const struct call *call,
                            struct reply *reply)
@@ -90,13 +92,34 @@ void handle_service_index(const struct service *service, const struct call *call
 void handle_service_schema(const struct service *service, const struct call *call,
                            struct reply *reply)
 {
-    (void)service, (void)call;
-    reply_text_take(reply, "application/schema+json", schema_json_job());
+    struct description made = {0};
+    const struct description *description = describe(service, &made);
+    reply_fixed(call, "application/schema+json", &description->job_schema, reply);
+    description_fini(&made);
 }
 
 void handle_service_openapi(const struct service *service, const struct call *call,
                             struct reply *reply)
 {
-    (void)service, (void)call;
-    reply_json_take(reply, openapi_print());
+    struct description made = {0};
+    const struct description *description = describe(service, &made);
+    reply_fixed(call, "application/json", &description->openapi, reply);
+    description_fini(&made);
+}
+
+/* The service's, or one that is made for this once. */
+static const struct description *describe(const struct service *service, struct description *made)
+{
+    if (service->description)
+        return service->description;
+    description_init(made);
+    return made;
+}
+
+static void reply_fixed(const struct call *call, const char *type, const struct fixed_text *fixed,
+                        struct reply *reply)
+{
+    if (!reply_unchanged(reply, call->request, fixed->etag))
+        reply_text_take(reply, type, fixed->text ? strdup(fixed->text) : NULL);
+    reply_revalidate(reply, fixed->etag);
 }

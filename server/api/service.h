@@ -17,7 +17,9 @@
 
 #include <stdatomic.h>
 
+struct description;
 struct metrics;
+struct stream_counts;
 
 enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 
@@ -27,11 +29,14 @@ struct service {
     struct queue *queue;
     struct access *access; /* NULL = everybody is OWNER_LOCAL, and may do everything */
     struct feed *feed;
-    atomic_flag *theory;           /* set while one is computed; NULL = no limit */
-    struct report_keeper *reports; /* NULL = there are none */
-    struct workers *workers;       /* NULL = there are none */
-    struct metrics *metrics;       /* NULL = nothing is counted */
-    _Atomic(struct http *) http;   /* NULL until it is there */
+    atomic_flag *theory;                   /* set while one is computed; NULL = no limit */
+    atomic_flag *backup;                   /* set while one is made or sent; NULL = no limit */
+    const struct description *description; /* NULL = made anew each time */
+    struct stream_counts *streams;         /* open ones by owner; NULL = not counted */
+    struct report_keeper *reports;         /* NULL = there are none */
+    struct workers *workers;               /* NULL = there are none */
+    struct metrics *metrics;               /* NULL = nothing is counted */
+    _Atomic(struct http *) http;           /* NULL until it is there */
 };
 
 /* A request that met its route; arg[i] is what stood in the place of the pattern's i-th {...}. */

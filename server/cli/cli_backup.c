@@ -6,14 +6,15 @@
 #include "text.h"
 
 #include <inttypes.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 
-static volatile sig_atomic_t stopping;
+static atomic_int stopping;
 
 static void stop(int number)
 {
-    stopping = number;
+    atomic_store(&stopping, number);
 }
 
 /* From the directory itself, whether a daemon works there or not. */
@@ -36,7 +37,8 @@ static int backup_here(const struct cli_line *line)
     }
     if (status != STORE_OK) {
         fprintf(stderr, "bcd: no backup: %s\n", reason);
-        return stopping ? CLI_SIGNAL + stopping : CLI_FAILED;
+        int number = atomic_load(&stopping);
+        return number ? CLI_SIGNAL + number : CLI_FAILED;
     }
     text_add(&text, "{\"file\":");
     text_add_json_string(&text, plan.to);

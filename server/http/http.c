@@ -37,7 +37,7 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 static void end_exchange(struct http *http, struct connection *c);
 static size_t keep_escapes(void *context, struct MHD_Connection *connection, char *text);
 static bool handle(struct http *http, struct connection *c);
-static bool ask(struct http *http, struct connection *c, bool last);
+static bool ask(struct http *http, struct connection *c, bool last, void *held);
 static const char *header(const struct connection *c, const char *name);
 static bool rest(struct http *http, struct connection *c, unsigned long pulses);
 static void let_go(struct http *http, struct exchange *exchange);
@@ -302,9 +302,13 @@ static bool handle(struct http *http, struct connection *c)
     for (;;) {
         unsigned long pulses = atomic_load(&http->pulses);
         bool last = atomic_load(&http->stopping);
+        struct hold before = exchange->reply.hold;
+        exchange->reply.hold = (struct hold){0};
         let_go(http, exchange);
         reply_fini(&exchange->reply);
-        if (!ask(http, c, last))
+        bool again = ask(http, c, last, before.state);
+        hold_fini(&before);
+        if (!again)
             return true;
         exchange->held = exchange->was_held = true;
         exchange->hold_until_ms = http_clock_ms() + exchange->reply.hold.wait_ms;
@@ -321,7 +325,7 @@ static bool handle(struct http *http, struct connection *c)
 }
 
 /* Calls the handler; true if it wants to be asked again. */
-static bool ask(struct http *http, struct connection *c, bool last)
+static bool ask(struct http *http, struct connection *c, bool last, void *held)
 {
     struct exchange *exchange = c->exchange;
     struct reply *reply = &exchange->reply;
@@ -348,6 +352,7 @@ static bool ask(struct http *http, struct connection *c, bool last)
         .query_count = exchange->pair_count,
         .waited_ms = http_clock_ms() - exchange->asked_ms,
         .last = last,
+        .held = held,
     };
     if (fault)
         reply_problem(reply, PROBLEM_BAD_REQUEST, "%s", fault);

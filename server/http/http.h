@@ -28,6 +28,7 @@ struct request {
     const char *id;              /* X-Request-Id: the client's own or made here; NULL in tests */
     int64_t waited_ms;           /* 0; asked again after a hold: since the first time */
     bool last;                   /* no hold will be granted (any more) */
+    void *held;                  /* asked again: `state` of the hold, which is freed afterwards */
     const char *body;            /* NUL-terminated for convenience; size counts */
     size_t body_size;
     const struct request_query *query;

@@ -15,7 +15,7 @@
 /* All that can be done, with blanks between. */
 #define STORE_AUDIT_ACTIONS                                                                        \
     "job.submit job.cancel sweep.submit sweep.extend sweep.retry sweep.cancel token.create "       \
-    "token.revoke owner.quota access.refuse"
+    "token.revoke token.forget owner.quota access.refuse"
 
 /* A line to be written. Borrowed. */
 struct audit_new {

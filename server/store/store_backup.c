@@ -28,7 +28,7 @@ struct copying {
 
 static bool stopped(const struct copying *copying)
 {
-    return copying->plan->stop && *copying->plan->stop;
+    return copying->plan->stop && atomic_load(copying->plan->stop);
 }
 
 static int look_at_stop(void *context)
@@ -358,10 +358,10 @@ void store_backup_tidy(const struct store *store)
     free(path);
 }
 
-enum store_status store_backup_open(struct store *store, int *fd, struct backup *backup,
-                                    char *reason, size_t size)
+enum store_status store_backup_open(struct store *store, const atomic_int *stop,
+                                    struct backup *backup, char *reason, size_t size)
 {
-    const struct backup_plan plan = {.from = store->path, .to = "the backup"};
+    const struct backup_plan plan = {.from = store->path, .to = "the backup", .stop = stop};
     struct copying copying = {.plan = &plan, .reason = {reason, size}};
     enum store_status status;
 
@@ -372,8 +372,8 @@ enum store_status store_backup_open(struct store *store, int *fd, struct backup 
     status =
         partial ? make(&copying) : store_refuse(&copying.reason, STORE_BROKEN, "out of memory");
     if (status == STORE_OK) {
-        *fd = open(partial, O_RDONLY | O_CLOEXEC);
-        if (*fd < 0)
+        copying.backup.fd = open(partial, O_RDONLY | O_CLOEXEC);
+        if (copying.backup.fd < 0)
             status =
                 store_refuse(&copying.reason, STORE_BROKEN, "%s: %s", partial, strerror(errno));
         unlink(partial);

@@ -11,19 +11,20 @@
 
 #include "store.h"
 
-#include <signal.h>
+#include <stdatomic.h>
 #include <stdint.h>
 
 struct backup {
     int64_t taken_ms; /* milliseconds since 1970 */
     int64_t bytes, schema, jobs, results;
     char sha256[65]; /* of the file, in hexadecimal digits */
+    int fd;          /* of store_backup_open */
 };
 
 struct backup_plan {
-    const char *from;                  /* a database: of a daemon, running or not, or a backup */
-    const char *to;                    /* there must be no such file */
-    const volatile sig_atomic_t *stop; /* not 0 = give up; may be NULL */
+    const char *from;       /* a database: of a daemon, running or not, or a backup */
+    const char *to;         /* there must be no such file */
+    const atomic_int *stop; /* not 0 = give up; may be NULL */
 };
 
 /* `to` is there, whole and on disk, when it returns STORE_OK, else nothing is (after a kill
@@ -32,10 +33,10 @@ struct backup_plan {
 enum store_status store_backup_file(const struct backup_plan *plan, struct backup *backup,
                                     char *reason, size_t size);
 
-/* The same of a store in use, into a file without a name: a descriptor to be read and closed.
+/* The same of a store in use, into a file without a name: backup->fd is to be read and closed.
  * STORE_CONFLICT: another one is being made. */
-enum store_status store_backup_open(struct store *store, int *fd, struct backup *backup,
-                                    char *reason, size_t size);
+enum store_status store_backup_open(struct store *store, const atomic_int *stop,
+                                    struct backup *backup, char *reason, size_t size);
 
 /* Removes what a backup left that was killed. When the directory is locked. */
 void store_backup_tidy(const struct store *store);

@@ -322,3 +322,17 @@ enum store_status store_jobs_cancel(struct store *store, const char *id)
 {
     return move(store, id, JOB_CANCELLED, NULL);
 }
+
+enum store_status store_jobs_cancel_by(struct store *store, const char *id,
+                                       const struct identity *by)
+{
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    if (status)
+        return status;
+    status = store_jobs_move(db, id, JOB_CANCELLED, NULL);
+    if (status == STORE_OK)
+        status = store_audit_add(db, &(struct audit_new){by, "job.cancel", id, ""});
+    return store_end(store, status);
+}

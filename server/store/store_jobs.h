@@ -84,5 +84,8 @@ enum store_status store_jobs_waiting(struct store *store, const char *owner,
 enum store_status store_jobs_start(struct store *store, const char *id);
 enum store_status store_jobs_fail(struct store *store, const char *id, const char *error);
 enum store_status store_jobs_cancel(struct store *store, const char *id);
+/* The same by somebody, whose line in the audit log is written with it or not at all. */
+enum store_status store_jobs_cancel_by(struct store *store, const char *id,
+                                       const struct identity *by);
 
 #endif

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 void token_records_free(struct token_record *records, size_t count)
 {
@@ -119,6 +120,61 @@ static enum store_status insert_token(sqlite3 *db, const struct token_record *to
     return stmt_run(&row, NULL);
 }
 
+/* Its line says what it was; who made and who revoked it stand there already. */
+static enum store_status forget_one(sqlite3 *db, const struct token_record *token)
+{
+    static const struct identity nobody = {.role = ROLE_NONE};
+    struct stmt row = stmt_init(db, "DELETE FROM tokens WHERE id = :id");
+    char detail[96], end[32] = "";
+    time_t end_s = (time_t)((token->revoked_ms ? token->revoked_ms : token->expires_ms) / 1000);
+    struct tm utc;
+    enum store_status status;
+
+    stmt_bind_text(&row, ":id", token->id);
+    status = stmt_run(&row, NULL);
+    if (gmtime_r(&end_s, &utc))
+        strftime(end, sizeof end, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    snprintf(detail, sizeof detail, "owner %s, role %s, %s %s", token->owner,
+             role_name(token->role), token->revoked_ms ? "revoked" : "expired", end);
+    return status ? status
+                  : store_audit_add(
+                        db, &(struct audit_new){&nobody, "token.forget", token->id, detail});
+}
+
+/* When it opened something for the last time; INT64_MAX = it does. */
+static int64_t end_of(const struct token_record *token)
+{
+    int64_t end = token->revoked_ms ? token->revoked_ms : INT64_MAX;
+
+    return token->expires_ms && token->expires_ms < end ? token->expires_ms : end;
+}
+
+/* Not before another one is good: a server whose last token is gone would look as if it never had
+ * one, and be open. */
+static enum store_status forget(sqlite3 *db)
+{
+    struct token_record *records = NULL;
+    size_t count = 0, live = 0;
+    int64_t now_ms = store_now_ms();
+    enum store_status status = list_tokens(db, &records, &count);
+
+    for (size_t i = 0; i < count; i++)
+        live += token_record_live(&records[i], now_ms);
+    for (size_t i = 0; live > 0 && i < count && status == STORE_OK; i++)
+        if (end_of(&records[i]) < now_ms - LIMIT_TOKEN_KEPT_DAYS * INT64_C(86400000))
+            status = forget_one(db, &records[i]);
+    token_records_free(records, count);
+    return status;
+}
+
+enum store_status store_tokens_forget(struct store *store)
+{
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    return status ? status : store_end(store, forget(db));
+}
+
 static enum store_status add(sqlite3 *db, struct token_record *token, const struct identity *by)
 {
     size_t live, admins;
@@ -136,7 +192,7 @@ static enum store_status add(sqlite3 *db, struct token_record *token, const stru
     snprintf(detail, sizeof detail, "owner %s, role %s", token->owner, role_name(token->role));
     if (status == STORE_OK)
         status = store_audit_add(db, &(struct audit_new){by, "token.create", token->id, detail});
-    return status;
+    return status ? status : forget(db);
 }
 
 enum store_status store_tokens_add(struct store *store, struct token_record *token,

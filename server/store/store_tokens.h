@@ -32,9 +32,12 @@ bool token_record_live(const struct token_record *record, int64_t now_ms);
 enum store_status store_tokens_add(struct store *store, struct token_record *token,
                                    const struct identity *by);
 
-/* All there ever were, oldest first. */
+/* All there are, oldest first: those that opened nothing any more LIMIT_TOKEN_KEPT_DAYS ago are
+ * forgotten when another is made, and at the daemon's start, with a line in the audit log. */
 enum store_status store_tokens_list(struct store *store, struct token_record **records,
                                     size_t *count);
+
+enum store_status store_tokens_forget(struct store *store);
 
 /* STORE_CONFLICT: it was revoked before, or (unless `last_too`) is the last live one of an admin.
  */

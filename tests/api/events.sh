@@ -163,6 +163,11 @@ for what in "$SHORT_ID" "$SHORT_ID/results" "$SHORT_ID/results/msd" "$SHORT_ID/r
     ask GET "/v1/jobs/$what" -H 'If-None-Match: "other"'
     check "... and all of it for others" status_is 200
 done
+for path in /openapi.json /v1/schema/job; do
+    ask GET "$path"
+    ask GET "$path" -H "If-None-Match: $(tag_of)"
+    check "$path: 304 for who has it" status_is 304
+done
 check "each has a tag of its own" [ "$(printf %s "$tags" | sort -u | grep -c '^"[a-z0-9.-]*"$')" = 7 ]
 post_text "$(echo "$LONG" | sed 's/1e6/2e6/')"
 ask GET "/v1/jobs/$ID"

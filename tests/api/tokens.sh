@@ -55,6 +55,8 @@ with "$admin" POST /v1/tokens -d '{"owner": "bert", "role": "submitter", "expire
 bert=$(jq -r .token "$T/body")
 with "$bert" GET /v1/me
 check "a token made over HTTP opens at once" status_is 200
+curl -sSN -m 10 -o "$T/stream" -H "Authorization: Bearer $bert" "$URL/v1/events" &
+STREAM=$!
 ask GET /healthz -H "Host: evil.example"
 check "other names are refused" status_is 421
 ask GET /healthz -H "Host: bcd.lab.example:443"
@@ -64,6 +66,9 @@ with "$bert" GET /v1/me
 check "and closes when it expires" status_is 401
 with "$admin" DELETE "/v1/tokens/$bert"
 check "a token is not called by its secret" status_is 404
+wait "$STREAM"
+check "a stream that it opened has ended by itself, with the reason" \
+    test "$? $(grep -c '^event: end' "$T/stream") $(grep -c 'the token has expired' "$T/stream")" = "0 1 1"
 with "$admin" GET '/v1/audit?action=token.create'
 check "the audit log knows" holds '.entries | length == 3'
 daemon_end TERM

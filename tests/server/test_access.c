@@ -4,6 +4,7 @@
 #include "limits.h"
 #include "secret.h"
 #include "store_internal.h"
+#include "stream_counts.h"
 #include "store_tokens.h"
 
 #include <setjmp.h>
@@ -11,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <cmocka.h>
 
@@ -333,6 +335,134 @@ static void tokens_over_http(void **state)
     assert_int_equal(ask_with(f, header, "DELETE", path, NULL), 409); /* once only */
 }
 
+/* A cancel and its line in the audit log are there together, or neither. */
+static void a_cancel_is_noted_or_does_not_happen(void **state)
+{
+    struct fixture *f = *state;
+    sqlite3 *db = f->desk.service.store->writer;
+    char id[JOB_ID_SIZE], path[64];
+    assert_int_equal(ask_as(f, ROLE_NONE, "POST", "/v1/jobs", JOB("")), 202);
+    desk_take_id(&f->desk, id);
+    snprintf(path, sizeof(path), "/v1/jobs/%s", id);
+    assert_int_equal(store_exec(db, "CREATE TEMP TRIGGER no_room BEFORE INSERT ON main.audit"
+                                    " BEGIN SELECT RAISE(ABORT, 'no room'); END"),
+                     STORE_OK);
+    assert_int_equal(ask_as(f, ROLE_NONE, "DELETE", path, NULL), 500);
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", path, NULL), 200);
+    assert_says(&f->desk, "\"state\":\"queued\"");
+    assert_int_equal(store_exec(db, "DROP TRIGGER no_room"), STORE_OK);
+    assert_int_equal(ask_as(f, ROLE_NONE, "DELETE", path, NULL), 200);
+    assert_int_equal(count(f->desk.service.store, "SELECT count(*) FROM audit JOIN jobs"
+                                                  " ON object = id AND state = 'cancelled'"
+                                                  " WHERE action = 'job.cancel'"),
+                     1);
+}
+
+static void make_old(struct store *store, const char *column, const char *id, int days)
+{
+    char sql[128];
+    snprintf(sql, sizeof(sql), "UPDATE tokens SET %s = %lld WHERE id = '%s'", column,
+             (long long)(store_now_ms() - days * INT64_C(86400000)), id);
+    assert_int_equal(store_exec(store->writer, sql), STORE_OK);
+}
+
+/* What opens nothing any more is kept for a time, and then as lines in the audit log alone. */
+static void old_tokens_are_forgotten(void **state)
+{
+    struct fixture *f = *state;
+    struct store *store = f->desk.service.store;
+    add_all(f);
+    int64_t all = count(store, "SELECT count(*) FROM tokens");
+    make_old(store, "revoked_ms", f->id[ROLE_READER], LIMIT_TOKEN_KEPT_DAYS + 1);
+    make_old(store, "expires_ms", f->id[ROLE_SUBMITTER], LIMIT_TOKEN_KEPT_DAYS + 1);
+    make_old(store, "revoked_ms", f->id[ROLE_OPERATOR], LIMIT_TOKEN_KEPT_DAYS - 1);
+    assert_int_equal(store_tokens_forget(store), STORE_OK);
+    assert_int_equal(count(store, "SELECT count(*) FROM tokens"), all - 2);
+    assert_int_equal(count(store, "SELECT count(*) FROM tokens WHERE owner = 'operator'"), 1);
+    assert_int_equal(count(store, "SELECT count(*) FROM audit WHERE action = 'token.forget'"
+                                  " AND detail GLOB 'owner reader, role reader, revoked 20*Z'"),
+                     1);
+    assert_int_equal(count(store, "SELECT count(*) FROM audit WHERE action = 'token.forget'"
+                                  " AND detail GLOB 'owner submitter, role *, expired 20*Z'"),
+                     1);
+    /* The last ones stay, or the server would be open to all again. */
+    make_old(store, "revoked_ms", f->id[ROLE_ADMIN], LIMIT_TOKEN_KEPT_DAYS + 1);
+    assert_int_equal(store_tokens_forget(store), STORE_OK);
+    assert_int_equal(count(store, "SELECT count(*) FROM tokens"), all - 2);
+    assert_int_equal(access_reload(f->desk.service.access), STORE_OK);
+    assert_int_equal(ask_as(f, ROLE_NONE, "GET", "/v1/jobs", NULL), 401);
+}
+
+/* What a stream writes now; what it returns in the end. */
+static ssize_t read_stream(struct stream *stream, char *text, size_t size)
+{
+    ssize_t got;
+    size_t used = 0;
+    while ((got = stream->read(stream->state, text + used, size - used - 1)) > 0)
+        used += (size_t)got;
+    text[used] = '\0';
+    return got;
+}
+
+static void streams_end_with_their_token(void **state)
+{
+    struct fixture *f = *state;
+    char text[4096], path[64];
+    struct stream stream;
+    const struct timespec gap = {.tv_nsec = (LIMIT_EVENTS_GAP_MS + 10) * 1000000L};
+    assert_int_equal(
+        feed_create(&f->desk.service.feed, f->desk.service.store, f->desk.service.queue), STORE_OK);
+    assert_int_equal(ask_as(f, ROLE_NONE, "POST", "/v1/jobs", JOB("")), 202);
+    desk_take_id(&f->desk, path);
+    snprintf(text, sizeof(text), "/v1/jobs/%s/events", path);
+    for (int i = 0; i < 2; i++) {
+        const char *what = i ? text : "/v1/events";
+        char said[4096];
+        add_all(f);
+        assert_int_equal(ask_as(f, ROLE_READER, "GET", what, NULL), 200);
+        stream = f->desk.reply.stream;
+        f->desk.reply.stream = (struct stream){0};
+        assert_int_equal(read_stream(&stream, said, sizeof(said)), STREAM_LATER);
+        assert_non_null(strstr(said, "retry: "));
+        assert_null(strstr(said, "event: end"));
+        snprintf(path, sizeof(path), "/v1/tokens/%s", f->id[ROLE_READER]);
+        assert_int_equal(ask_as(f, ROLE_ADMIN, "DELETE", path, NULL), 200);
+        nanosleep(&gap, NULL);
+        assert_int_equal(read_stream(&stream, said, sizeof(said)), STREAM_END);
+        assert_string_equal(said, "event: end\ndata: {\"reason\":\"the token was revoked\"}\n\n");
+        stream_fini(&stream);
+    }
+    feed_free(f->desk.service.feed);
+}
+
+static void nobody_takes_all_streams(void **state)
+{
+    struct fixture *f = *state;
+    struct stream_counts counts = STREAM_COUNTS_INIT;
+    struct stream kept = {0};
+    f->desk.service.streams = &counts;
+    assert_int_equal(
+        feed_create(&f->desk.service.feed, f->desk.service.store, f->desk.service.queue), STORE_OK);
+    add_all(f);
+    for (int i = 1; i < LIMIT_OWNER_STREAMS_MAX; i++)
+        assert_true(stream_counts_take(&counts, "reader"));
+    assert_int_equal(ask_as(f, ROLE_READER, "GET", "/v1/events", NULL), 200);
+    kept = f->desk.reply.stream;
+    f->desk.reply.stream = (struct stream){0};
+    assert_int_equal(ask_as(f, ROLE_READER, "GET", "/v1/events", NULL), 429);
+    assert_says(&f->desk, "reader has 200 event streams open already (LIMIT_OWNER_STREAMS_MAX)");
+    assert_int_equal(ask_as(f, ROLE_ADMIN, "GET", "/v1/events", NULL),
+                     200); /* others have theirs */
+    stream_fini(&kept);
+    assert_int_equal(ask_as(f, ROLE_READER, "GET", "/v1/events", NULL), 200);
+    reply_fini(&f->desk.reply);
+    for (int i = 1; i < LIMIT_OWNER_STREAMS_MAX; i++)
+        stream_counts_give(&counts, "reader");
+    assert_int_equal(counts.used, 0);
+    f->desk.service.streams = NULL;
+    feed_free(f->desk.service.feed);
+}
+
 /* Refusals are told, but not one by one when somebody tries many. */
 static void refusals_are_noted_now_and_then(void **state)
 {
@@ -378,6 +508,10 @@ int main(void)
         TEST(every_route_keeps_lesser_roles_out),
         TEST(jobs_belong_to_who_submitted_them),
         TEST(tokens_over_http),
+        TEST(a_cancel_is_noted_or_does_not_happen),
+        TEST(old_tokens_are_forgotten),
+        TEST(streams_end_with_their_token),
+        TEST(nobody_takes_all_streams),
         TEST(refusals_are_noted_now_and_then),
         TEST(the_audit_log_is_bounded),
     };

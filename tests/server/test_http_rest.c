@@ -25,7 +25,7 @@ enum { WAIT_MS = CLIENT_WAIT_MS, HOLD_MS = 2000, MANY = 40 };
 struct fixture {
     struct http *http;
     atomic_long happened;
-    atomic_int asked, freed, done, cut;
+    atomic_int asked, again, freed, done, cut;
     long hold_ms;
 };
 
@@ -65,6 +65,9 @@ static void answer(void *context, const struct request *request, struct reply *r
     struct watcher *watcher = calloc(1, sizeof(*watcher));
     watcher->f = f;
     atomic_fetch_add(&f->asked, 1);
+    const struct watcher *held = request->held; /* still there */
+    if (held && held->f == f)
+        atomic_fetch_add(&f->again, 1);
     if (strcmp(request->path, "/events") == 0) {
         reply_events_take(reply, &(const struct stream){.read = tell,
                                                         .ready = has_happened,
@@ -160,6 +163,7 @@ static void held_until_it_happens(void **state)
     http_count(f->http, &counts);
     assert_int_equal(counts.holds, 0);
     assert_int_equal(f->freed, MANY);
+    assert_int_equal(f->again, MANY); /* with what each had left in its hold */
 }
 
 /* Not before and not much later than asked for; the handler is not asked all the time. */
