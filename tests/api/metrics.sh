@@ -101,6 +101,7 @@ daemon_end TERM
 
 # A disk without room: what stands is served, but the server is not ready.
 : >"$T/stderr"
+: >"$T/stdout" # or the port of the one before is read there
 (
     ulimit -f 400 # blocks of 512 bytes
     exec "$B/bcdd" --listen 127.0.0.1:0 --data "$T/full" --workers 1 --log changes \
