@@ -4,55 +4,55 @@
 #define LIMITS_H
 
 enum {
-    LIMIT_BODY_BYTES_MAX = 1 << 20, /* request body */
-    LIMIT_LIST_ROWS_DEFAULT = 50,   /* GET /v1/jobs */
+    LIMIT_BODY_BYTES_MAX = 1 << 20,        /* request body */
+    LIMIT_LIST_ROWS_DEFAULT = 50,          /* GET /v1/jobs */
     LIMIT_LIST_ROWS_MAX = 1000,
     LIMIT_FILTERS_MAX = 8,
     LIMIT_JSON_DEPTH_MAX = 16,
     LIMIT_IDEMPOTENCY_KEY_BYTES_MAX = 255,
-    LIMIT_LABEL_CHARACTERS_MAX = 200, /* of a job */
+    LIMIT_LABEL_CHARACTERS_MAX = 200,      /* of a job */
     LIMIT_TAGS_MAX = 16,
     LIMIT_TAG_BYTES_MAX = 64,
-    LIMIT_SWEEP_POINTS_MAX = 100000,    /* of a sweep, extensions included */
-    LIMIT_SWEEP_POINTER_BYTES_MAX = 63, /* of an axis */
-    LIMIT_SWEEP_FAULTY_MAX = 1000,      /* points with faults before the rest is not looked at */
+    LIMIT_SWEEP_POINTS_MAX = 100000,       /* of a sweep, extensions included */
+    LIMIT_SWEEP_POINTER_BYTES_MAX = 63,    /* of an axis */
+    LIMIT_SWEEP_FAULTY_MAX = 1000,         /* points with faults before the rest is not looked at */
     LIMIT_CONNECTIONS_MAX = 2000,
     LIMIT_HTTP_THREADS = 4,
-    LIMIT_HEADER_BYTES_MAX = 32 << 10, /* request line and headers of one request */
-    LIMIT_QUERY_MAX = 32,              /* parameters after the "?" */
-    LIMIT_BODIES_BYTES_MAX = 64 << 20, /* bodies of all requests in progress together */
-    LIMIT_ANSWER_AGE_MS_MAX = 600000,  /* from the request's last byte to the answer's */
-    LIMIT_STREAM_STALL_MS_MAX = 30000, /* a client takes nothing of a streamed answer */
-    LIMIT_STREAMS_MAX = 500,           /* open event streams */
-    LIMIT_HOLDS_MAX = 1000,            /* requests that wait for something to happen */
-    LIMIT_WAIT_SECONDS_MAX = 60,       /* ?wait= */
-    LIMIT_BACKUP_MS = 500000,          /* GET /v1/backup: until the copy is made and checked */
-    LIMIT_OWNER_STREAMS_MAX = 200,     /* open event streams of one owner */
-    LIMIT_REQUEST_ID_BYTES_MAX = 64,   /* X-Request-Id; a longer one is not taken over */
-    LIMIT_FEED_CHANGES = 4096,         /* of jobs, kept for those who listen */
-    LIMIT_FEED_RUNNING = 64,           /* jobs in motion whose progress is told */
+    LIMIT_HEADER_BYTES_MAX = 32 << 10,     /* request line and headers of one request */
+    LIMIT_QUERY_MAX = 32,                  /* parameters after the "?" */
+    LIMIT_BODIES_BYTES_MAX = 64 << 20,     /* bodies of all requests in progress together */
+    LIMIT_ANSWER_AGE_MS_MAX = 600000,      /* from the request's last byte to the answer's */
+    LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of a streamed answer */
+    LIMIT_STREAMS_MAX = 500,               /* open event streams */
+    LIMIT_HOLDS_MAX = 1000,                /* requests that wait for something to happen */
+    LIMIT_WAIT_SECONDS_MAX = 60,           /* ?wait= */
+    LIMIT_BACKUP_MS = 500000,              /* GET /v1/backup: until the copy is made and checked */
+    LIMIT_OWNER_STREAMS_MAX = 200,         /* open event streams of one owner */
+    LIMIT_REQUEST_ID_BYTES_MAX = 64,       /* X-Request-Id; a longer one is not taken over */
+    LIMIT_FEED_CHANGES = 4096,             /* of jobs, kept for those who listen */
+    LIMIT_FEED_RUNNING = 64,               /* jobs in motion whose progress is told */
     LIMIT_FEED_SAMPLE_MS = 200,
-    LIMIT_EVENTS_GAP_MS = 250, /* between two batches of one event stream */
+    LIMIT_EVENTS_GAP_MS = 250,             /* between two batches of one event stream */
     LIMIT_PING_MS = 15000,
-    LIMIT_METRICS_OWNERS = 20,         /* of queued jobs, each a line of /metrics */
-    LIMIT_READY_WRITE_MS = 10000,      /* ready: the store took something this lately */
-    LIMIT_READY_WORKER_MS = 600000,    /* ready: a busy worker has moved this lately */
-    LIMIT_READY_DISK_BYTES = 64 << 20, /* ready: so much is free */
-    LIMIT_REQUEST_AGE_MS_MAX = 30000,  /* from the first byte to the last */
+    LIMIT_METRICS_OWNERS = 20,             /* of queued jobs, each a line of /metrics */
+    LIMIT_READY_WRITE_MS = 10000,          /* ready: the store took something this lately */
+    LIMIT_READY_WORKER_MS = 600000,        /* ready: a busy worker has moved this lately */
+    LIMIT_READY_DISK_BYTES = 64 << 20,     /* ready: so much is free */
+    LIMIT_REQUEST_AGE_MS_MAX = 30000,      /* from the first byte to the last */
     LIMIT_IDLE_MS_MAX = 60000,
     LIMIT_WORKERS_MAX = 1024,
-    LIMIT_SLICE_MS = 50,                 /* a worker looks at cancel and stop this often */
-    LIMIT_CHECKPOINT_MS = 5000,          /* at most this much work is lost by a crash */
-    LIMIT_DRAIN_MS = 5000,               /* requests in progress at shutdown */
-    LIMIT_USAGE_HALF_LIFE_MS = 86400000, /* of core seconds used, as far as fair share goes */
-    LIMIT_USAGE_SAVE_MS = 5000,          /* core seconds go to the store this often */
-    LIMIT_HOST_NAMES_MAX = 16,           /* --host-name */
-    LIMIT_TOKENS_MAX = 1000,             /* that are neither revoked nor expired */
+    LIMIT_SLICE_MS = 50,                   /* a worker looks at cancel and stop this often */
+    LIMIT_CHECKPOINT_MS = 5000,            /* at most this much work is lost by a crash */
+    LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */
+    LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
+    LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */
+    LIMIT_HOST_NAMES_MAX = 16,             /* --host-name */
+    LIMIT_TOKENS_MAX = 1000,               /* that are neither revoked nor expired */
     LIMIT_TOKEN_DAYS_MAX = 3650,
-    LIMIT_TOKEN_KEPT_DAYS = 90, /* revoked or expired: then it is forgotten */
+    LIMIT_TOKEN_KEPT_DAYS = 90,            /* revoked or expired: then it is forgotten */
     LIMIT_TOKEN_NAME_CHARACTERS_MAX = 100,
-    LIMIT_AUDIT_ROWS_MAX = 200000,  /* the oldest lines go */
-    LIMIT_AUDIT_REFUSED_MS = 10000, /* refused authentications: one line in this time */
+    LIMIT_AUDIT_ROWS_MAX = 200000,         /* the oldest lines go */
+    LIMIT_AUDIT_REFUSED_MS = 10000,        /* refused authentications: one line in this time */
 };
 
 /* What a finished job leaves behind for others of its family. */
@@ -62,10 +62,10 @@ enum {
 };
 
 /* A job that the estimate puts above one of these is refused with the limit's name. */
-#define LIMIT_RUN_BYTES_MAX 4e9      /* memory of one chunk in motion */
-#define LIMIT_RESULT_BYTES_MAX 64e6  /* all tables of one job */
-#define LIMIT_DISK_BYTES_MAX 2e9     /* the same, and the parts of one that runs */
-#define LIMIT_CORE_SECONDS_MAX 3.2e7 /* one core for a year */
+#define LIMIT_RUN_BYTES_MAX 4e9       /* memory of one chunk in motion */
+#define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */
+#define LIMIT_DISK_BYTES_MAX 2e9      /* the same, and the parts of one that runs */
+#define LIMIT_CORE_SECONDS_MAX 3.2e7  /* one core for a year */
 
 /* Quotas of an owner who was given no others: PUT /v1/owners/OWNER. */
 #define LIMIT_OWNER_QUEUED_MAX 1000000
