@@ -64,40 +64,45 @@ static inline double take_left(struct isotonic_block *b, const double *y, struct
     return count;
 }
 
+/* The same on the right, where rods are still alone. */
+static inline double take_right(struct isotonic_block *b, const double *y)
+{
+    b->sum += y[++b->last] - b->base;
+    return 1;
+}
+
 /* Rods i and i+1 are out of order: pool them and whatever follows from it. A mean is compared
  * without dividing, as sum against count times the other's distance from base; what these
  * comparisons leave apart is judged again by the rounded means, whose order is what counts.
- * y at a block's last rod holds its mean, so that whatever lies left of a rod is found there. */
+ * y at a block's first and last rod holds its mean, so that whatever lies beside a rod is found
+ * there. Both sides are looked at before one branch: that neither joins is likeliest. */
 static void pool_from(double *y, int64_t n, int64_t i, struct stack *s)
 {
     struct isotonic_block b = {.first = i + 1, .last = i + 1, .base = y[i + 1]};
     double count = 1 + take_left(&b, y, s);
-    for (bool apart = false; !apart;) {
-        bool grown;
-        do {
-            while (b.last + 1 < n && b.sum >= count * (y[b.last + 1] - b.base)) {
-                b.sum += y[++b.last] - b.base;
-                count++;
-            }
-            grown = false;
-            while (b.first > 0 && b.sum <= count * (y[b.first - 1] - b.base)) {
+    for (;;) {
+        const int64_t r = b.last + (b.last + 1 < n), l = b.first - (b.first > 0);
+        int right = (r > b.last) & (b.sum >= count * (y[r] - b.base));
+        int left = (l < b.first) & (b.sum <= count * (y[l] - b.base));
+        if (!(right | left)) {
+            b.mean = b.base + b.sum / count;
+            right = (r > b.last) & (b.mean >= y[r]);
+            left = (l < b.first) & (y[l] >= b.mean);
+            if (!(right | left))
+                break;
+            if (right)
+                count += take_right(&b, y);
+            if (left)
                 count += take_left(&b, y, s);
-                grown = true;
-            }
-        } while (grown);
-        b.mean = b.base + b.sum / count;
-        apart = true;
-        if (b.last + 1 < n && b.mean >= y[b.last + 1]) {
-            b.sum += y[++b.last] - b.base;
-            count++;
-            apart = false;
-        }
-        if (b.first > 0 && y[b.first - 1] >= b.mean) {
-            count += take_left(&b, y, s);
-            apart = false;
+        } else if (right) {
+            count += take_right(&b, y);
+        } else {
+            do
+                count += take_left(&b, y, s);
+            while (b.first > 0 && b.sum <= count * (y[b.first - 1] - b.base));
         }
     }
-    y[b.last] = b.mean;
+    y[b.first] = y[b.last] = b.mean;
     s->blocks[s->count++] = b;
 }
 
@@ -106,13 +111,15 @@ static void pool_from(double *y, int64_t n, int64_t i, struct stack *s)
 static inline int64_t next_violation(const double *y, int64_t n, int64_t i)
 {
     for (; i + 8 < n; i += 8) {
-        const unsigned bad = order_met(y + i);
-        if (bad)
-            return i + __builtin_ctz(bad);
+        const unsigned eight = order_met(y + i);
+        if (eight)
+            return i + __builtin_ctz(eight);
     }
-    while (i + 1 < n && y[i] < y[i + 1])
-        i++;
-    return i;
+    const int left = (int)(n - 1 - i);
+    unsigned bad = 0;
+    for (int j = 0; j < left; j++)
+        bad |= (unsigned)(y[i + j] >= y[i + j + 1]) << j;
+    return i + (bad ? __builtin_ctz(bad) : left);
 }
 
 static void pool_line(double *y, int64_t n, struct stack *s)
@@ -131,7 +138,7 @@ static void write_blocks(double *y, const struct isotonic_block *blocks, int64_t
     for (int64_t k = 0; k < count; k++) {
         const int64_t first = blocks[k].first, last = blocks[k].last;
         const double mean = blocks[k].mean;
-        y[first] = y[first + 1] = y[last - 1] = y[last] = mean;
+        y[first + 1] = y[last - 1] = mean;
         for (int64_t i = first + 2; i < last - 1; i++)
             y[i] = mean;
     }
@@ -152,24 +159,24 @@ static bool seam_widen(struct seam *seam, const double *y, int64_t n, double ell
     int64_t left = b->first - 1, right = b->last + 1 - n; /* the rods just outside */
     if (left < right)
         return false; /* all rods are in */
-    bool pooled = seam->high > seam->low && blocks[seam->high - 1].last == left;
-    struct isotonic_block next = pooled ? blocks[seam->high - 1] : single(y, left);
-    if (next.mean >= b->mean) {
+    const bool over = b->mean >= y[right] + ell, under = y[left] >= b->mean;
+    if (!(over | under))
+        return false;
+    if (under) {
+        bool pooled = seam->high > seam->low && blocks[seam->high - 1].last == left;
+        struct isotonic_block next = pooled ? blocks[seam->high - 1] : single(y, left);
         seam->high -= pooled;
         absorb_left(b, &next);
         return true;
     }
-    pooled = seam->high > seam->low && blocks[seam->low].first == right;
-    next = pooled ? blocks[seam->low] : single(y, right);
-    if (b->mean >= next.mean + ell) {
-        seam->low += pooled;
-        next.base += ell;
-        next.first += n;
-        next.last += n;
-        absorb_right(b, &next);
-        return true;
-    }
-    return false;
+    bool pooled = seam->high > seam->low && blocks[seam->low].first == right;
+    struct isotonic_block next = pooled ? blocks[seam->low] : single(y, right);
+    seam->low += pooled;
+    next.base += ell;
+    next.first += n;
+    next.last += n;
+    absorb_right(b, &next);
+    return true;
 }
 
 void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *blocks)
@@ -177,17 +184,14 @@ void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *bloc
     struct stack s = {blocks, 0};
     pool_line(y, n, &s);
 
-    bool head_pooled = s.count > 0 && blocks[0].first == 0;
-    bool tail_pooled = top_ends_at(&s, n - 1);
-    double head = head_pooled ? blocks[0].mean : y[0];
-    double tail = tail_pooled ? blocks[s.count - 1].mean : y[n - 1];
+    const bool apart = y[n - 1] < y[0] + ell;
     /* One rod, or one block of all, spans nothing but itself: its ends are ell apart at least. */
-    bool whole = n == 1 || (head_pooled && blocks[0].last == n - 1);
-    if (whole || tail < head + ell) {
+    if (apart || n == 1 || (s.count == 1 && count_of(blocks) == (double)n)) {
         write_blocks(y, blocks, s.count);
         return;
     }
 
+    const bool tail_pooled = top_ends_at(&s, n - 1);
     struct seam seam = {.block = tail_pooled ? blocks[s.count - 1] : single(y, n - 1),
                         .low = 0,
                         .high = s.count - tail_pooled};

@@ -25,6 +25,22 @@ static inline unsigned order_met(const double *y)
     return bits;
 }
 
+/* Bit i: rod i is beyond its right neighbour, y[i] > y[i+1], i = 0 .. n-2 <= 63. */
+static inline uint64_t order_crossed(const double *y, int64_t n)
+{
+    uint64_t bits = 0;
+    int64_t i = 0;
+#ifdef __x86_64__
+    for (; i + 2 < n; i += 2) {
+        __m128d here = _mm_loadu_pd(y + i), right = _mm_loadu_pd(y + i + 1);
+        bits |= (uint64_t)(unsigned)_mm_movemask_pd(_mm_cmpgt_pd(here, right)) << i;
+    }
+#endif
+    for (; i + 1 < n; i++)
+        bits |= (uint64_t)(y[i] > y[i + 1]) << i;
+    return bits;
+}
+
 /* No rod beyond its right neighbour: y[i] <= y[i+1], i = 0 .. n-2. */
 static inline bool order_kept(const double *y, int64_t n)
 {

@@ -14,7 +14,7 @@
 enum {
     MOVES_PER_ROD = 16, /* more: merging is cheaper than insertion */
     WINDOW = 5,         /* places that a rod moves without a branch to be guessed */
-    FEW = 32,           /* the order of so many is looked at on the spot */
+    FEW = 32,           /* so many need no counting ahead */
     CROSSINGS = 5,      /* one pair in so many out of order: the window pays */
 };
 
@@ -67,24 +67,31 @@ static inline double smaller(double a, double b)
 #endif
 }
 
-/* Almost sorts: a window of rods in order moves along the line, takes in the next one and leaves
- * its smallest behind. Only those that must go further than the window is long are left over.
- * Always a permutation, whatever y holds. */
+/* The value goes to its place among the first `filled` of a window in order; what falls out at the
+ * lower end, or the value where nothing is there yet. */
+static inline __attribute__((always_inline)) double window_take(double *window, int filled,
+                                                                double value)
+{
+    for (int k = WINDOW - 1; k >= WINDOW - filled; k--) {
+        double at = window[k];
+        window[k] = larger(at, value);
+        value = smaller(value, at);
+    }
+    return value;
+}
+
+/* Almost sorts n > WINDOW rods: a window of rods in order moves along the line, takes in the next
+ * one and leaves its smallest behind. Only those that must go further than the window is long are
+ * left over. Always a permutation, whatever y holds. */
 static void sort_by_window(double *y, int64_t n)
 {
-    double window[WINDOW];
-    sort_by_insertion(y, WINDOW);
-    memcpy(window, y, sizeof window);
-    for (int64_t i = WINDOW; i < n; i++) {
-        double value = y[i];
-        for (int k = WINDOW - 1; k >= 0; k--) {
-            double at = window[k];
-            window[k] = larger(at, value);
-            value = smaller(value, at);
-        }
-        y[i - WINDOW] = value;
-    }
-    memcpy(y + n - WINDOW, window, sizeof window);
+    double window[WINDOW] = {0};
+    for (int i = 0; i < WINDOW; i++)
+        window[WINDOW - 1 - i] = window_take(window, i, y[i]);
+    for (int64_t i = WINDOW; i < n; i++)
+        y[i - WINDOW] = window_take(window, WINDOW, y[i]);
+    for (int i = 0; i < WINDOW; i++)
+        y[n - WINDOW + i] = window[i];
 }
 
 static void merge_runs(const double *from, double *to, int64_t middle, int64_t end)
@@ -112,13 +119,20 @@ static void sort_by_merging(double *y, int64_t n, double *scratch)
 
 static void sort_line(double *y, int64_t n, double *scratch)
 {
-    if (n <= FEW && order_kept(y, n))
-        return;
-    int64_t crossed = count_crossed(y, n);
-    if (crossed == 0)
-        return;
-    if (crossed > n / CROSSINGS && n > WINDOW)
-        sort_by_window(y, n);
+    if (n <= FEW) {
+        const uint64_t crossed = order_crossed(y, n);
+        if (!crossed)
+            return;
+        /* More than one pair: the window is quicker than the guesses that insertion takes. */
+        if (crossed & (crossed - 1) && n > WINDOW)
+            sort_by_window(y, n);
+    } else {
+        const int64_t crossed = count_crossed(y, n);
+        if (crossed == 0)
+            return;
+        if (crossed > n / CROSSINGS)
+            sort_by_window(y, n);
+    }
     if (!sort_by_insertion(y, n))
         sort_by_merging(y, n, scratch);
 }
@@ -139,6 +153,22 @@ static int64_t fold(double *y, int64_t n, double ell)
         turns += (int64_t)whole;
     }
     return turns;
+}
+
+/* The common case of folding, sorting and handing back, in sorted y: the last rod alone is beyond
+ * the first by ell, and not by much more. It takes its place among the first ones, which move down
+ * by one, and the first one goes round instead of it. */
+static bool fold_last(double *y, int64_t n, double ell)
+{
+    const double base = y[0], beyond = y[n - 1] - base, folded = y[n - 1] - ell;
+    if (!(n > 1 && y[n - 2] - base < ell && beyond >= ell && beyond < 1.5 * ell && folded >= base))
+        return false;
+    int64_t i = 1;
+    for (; i < n - 1 && y[i] <= folded; i++)
+        y[i - 1] = y[i];
+    y[i - 1] = folded;
+    y[n - 1] = base + ell;
+    return true;
 }
 
 /* y[i] = w[(i + turns) mod n] + floor((i + turns) / n) ell. */
@@ -170,7 +200,7 @@ void ring_sort(double *y, int64_t n, double ell, double *scratch)
         return;
     }
     sort_line(y, n, scratch);
-    if (y[n - 1] <= y[0] + ell)
+    if (y[n - 1] <= y[0] + ell || fold_last(y, n, ell))
         return;
     int64_t turns = fold(y, n, ell);
     sort_line(y, n, scratch);
