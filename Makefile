@@ -108,16 +108,18 @@ $B/node/installed: $(NODE_FILES)
 	$Qcp $(NODE_FILES) $(@D) && cd $(@D) && npm ci --silent
 	@touch $@
 
+# Whole builds use all processors, unless the caller of make has said how many.
+BUILD = $(MAKE) --no-print-directory $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc))
 packages:
 	sh deploy/install-packages.sh
 demo: packages
-	$(MAKE) --no-print-directory all
+	+$(BUILD) all
 	sh deploy/demo.sh
 check: packages
-	$(MAKE) --no-print-directory all tests node-modules
+	+$(BUILD) all tests node-modules
 	sh tests/run.sh check
 check-long: packages
-	$(MAKE) --no-print-directory all tests node-modules
+	+$(BUILD) all tests node-modules
 	sh tests/run.sh check-long
 bench: all
 	$B/bcd bench --json $B/bench.json
