@@ -6,9 +6,12 @@
 # make bench      the performance suite
 # make schema     write the descriptions in schema/ anew, from the program
 # make install    DESTDIR= PREFIX=
+# make deb        a Debian package of what was built, in build/deb
 
 CC      ?= gcc
 PREFIX  ?= /usr/local
+SYSCONFDIR ?= $(if $(filter /usr,$(PREFIX)),/etc,$(PREFIX)/etc)
+UNITDIR ?= $(PREFIX)/lib/systemd/system
 B       ?= build
 PACKAGES = libmicrohttpd jansson sqlite3 gsl
 
@@ -128,10 +131,13 @@ schema: $B/bcd
 	$B/bcd schema job > schema/job.schema.json
 	$B/bcd schema openapi > schema/openapi.json
 
+UNITS = $(notdir $(wildcard deploy/*.service deploy/*.timer))
 install: all
 	install -D -m 755 $B/bcdd $(DESTDIR)$(PREFIX)/bin/bcdd
 	install -D -m 755 $B/bcd $(DESTDIR)$(PREFIX)/bin/bcd
 	install -D -m 644 $B/bcd_sqlite.so $(DESTDIR)$(PREFIX)/lib/bcd/bcd_sqlite.so
+	install -D -m 755 deploy/bcdd-backup.sh $(DESTDIR)$(PREFIX)/lib/bcd/bcdd-backup
+	install -D -m 755 deploy/bcdd-log.sh $(DESTDIR)$(PREFIX)/lib/bcd/bcdd-log
 	$B/bcd help --man > $B/bcd.1
 	$B/bcd completion bash > $B/bcd.bash
 	$B/bcd completion zsh > $B/_bcd
@@ -139,9 +145,24 @@ install: all
 	install -D -m 644 deploy/bcdd.8 $(DESTDIR)$(PREFIX)/share/man/man8/bcdd.8
 	install -D -m 644 $B/bcd.bash $(DESTDIR)$(PREFIX)/share/bash-completion/completions/bcd
 	install -D -m 644 $B/_bcd $(DESTDIR)$(PREFIX)/share/zsh/site-functions/_bcd
+	install -d $(DESTDIR)$(UNITDIR)
+	for unit in $(UNITS); do \
+		sed 's|@PREFIX@|$(PREFIX)|g; s|@SYSCONFDIR@|$(SYSCONFDIR)|g' deploy/$$unit > $B/$$unit && \
+		install -m 644 $B/$$unit $(DESTDIR)$(UNITDIR)/$$unit || exit 1; done
+	install -D -m 644 deploy/bcdd.sysusers $(DESTDIR)$(PREFIX)/lib/sysusers.d/bcdd.conf
+	install -D -m 644 deploy/bcdd.tmpfiles $(DESTDIR)$(PREFIX)/lib/tmpfiles.d/bcdd.conf
+	test -e $(DESTDIR)$(SYSCONFDIR)/default/bcdd || \
+		install -D -m 644 deploy/bcdd.default $(DESTDIR)$(SYSCONFDIR)/default/bcdd
+	install -D -m 644 README.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/README.md
+	install -D -m 644 deploy/OPERATING.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/OPERATING.md
+	install -D -m 644 deploy/changelog.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/changelog.md
+	install -D -m 644 deploy/nginx.conf $(DESTDIR)$(PREFIX)/share/doc/bcdd/examples/nginx.conf
+deb: all
+	sh deploy/install-packages.sh deb
+	B=$B sh deploy/deb.sh
 clean:
 	rm -rf $B
 
-.PHONY: all tests packages node-modules demo check check-long bench schema install clean
+.PHONY: all tests packages node-modules demo check check-long bench schema install deb clean
 .SECONDARY:
 -include $(shell find $B/obj -name '*.d' 2>/dev/null)

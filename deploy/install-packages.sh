@@ -1,10 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# install-packages.sh [long] - installs what building and testing need on Debian 12 and is missing.
+# install-packages.sh [long|deb] - installs what building and testing need on Debian 12 and is missing.
 #
 # Whether something is missing is decided by using it: command -v for programs, pkg-config for
 # libraries, a file for header-only ones. When nothing is missing the script says nothing and does
-# not touch the network. `long` adds what only `make check-long` needs.
+# not touch the network. `long` adds what only `make check-long` needs, `deb` what `make deb` needs.
+# Services that come with a package (nginx) are neither started nor enabled.
 set -eu
 
 missing=
@@ -47,9 +48,19 @@ look() {
     need_command node nodejs
     need_numpy
     need_command npm npm
+    need_command systemd-analyze systemd
+    need_command openssl openssl
+    PATH=$PATH:/usr/sbin need_command nginx nginx-light
+    case ${1:-} in
+    long | deb)
+        need_command dh debhelper
+        need_command dpkg-buildpackage dpkg-dev
+        ;;
+    esac
     if [ "${1:-}" = long ]; then
         need_command clang clang
         need_command wrk wrk
+        need_command mmdebstrap mmdebstrap
     fi
 }
 
@@ -75,13 +86,31 @@ install() {
     $as_root env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y --no-install-recommends $missing
 }
+# Packages ask this file whether their service may start, and enable it for the next boot: tests want
+# the program alone. A service that was there before is not touched.
+policy=/usr/sbin/policy-rc.d
+hold_services() {
+    services=
+    for service in nginx; do
+        [ -e "/lib/systemd/system/$service.service" ] || services="$services $service"
+    done
+    [ -z "$services" ] || [ -e "$policy" ] ||
+        $as_root sh -c "printf '#!/bin/sh\nexit 101 # bcdd\n' >$policy && chmod 755 $policy"
+}
+let_services_go() {
+    ! grep -qs '# bcdd$' "$policy" || $as_root rm -f "$policy"
+    for service in $services; do
+        $as_root rm -f "/etc/systemd/system/multi-user.target.wants/$service.service"
+    done
+}
 fail() {
     echo "install-packages: apt-get could not install:$missing" >&2
     exit 1
 }
 echo "install-packages: ${as_root:+$as_root }apt-get install$missing"
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+hold_services
+trap 'let_services_go; rm -f "$log"' EXIT
 # A fresh machine has no package lists, an old one stale lists: fetch them only when needed.
 if ! install >"$log" 2>&1; then
     echo "install-packages: ${as_root:+$as_root }apt-get update"

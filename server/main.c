@@ -12,6 +12,7 @@
 #include "http_guard.h"
 #include "log.h"
 #include "metrics.h"
+#include "notify.h"
 #include "record_json.h"
 #include "routes.h"
 #include "stream_counts.h"
@@ -110,7 +111,9 @@ static int serve(const struct config *config)
     atomic_store(&service.http, http);
     feed_wake(service.feed, wake, http);
     announce(config, http_port(http));
+    notify_manager("READY=1");
     sigwait(&ending, &number);
+    notify_manager("STOPPING=1");
     log_write(LOG_LEVEL_INFO, "stopping", LOG_FIELDS(log_text("signal", sigabbrev_np(number))));
     result = EXIT_OK;
 cleanup:
