@@ -69,6 +69,18 @@ $B/components.inc: schema/components.json
 	$Q{ echo 'static const char components_json[] = {'; od -An -v -tu1 $< | sed 's/[0-9][0-9]*/&,/g'; \
 		echo '0};'; } > $@.tmp && mv $@.tmp $@
 
+# The web page, file by file, and the papers' scenes that it offers.
+PAGE = $(sort $(wildcard server/page/*.*))
+$B/obj/server/api/handle_page.o: $B/page.inc $B/scenes.inc
+$B/page.inc: $(PAGE) deploy/embed-page.sh
+	@mkdir -p $(@D)
+	$(if $V,,@echo "  PAGE $@")
+	$Qsh deploy/embed-page.sh $(PAGE) > $@.tmp && mv $@.tmp $@
+SCENES = $(sort $(wildcard tests/scenes/*.json))
+$B/scenes.inc: $(SCENES) deploy/embed-scenes.sh
+	@mkdir -p $(@D)
+	$Qsh deploy/embed-scenes.sh $(SCENES) > $@.tmp && mv $@.tmp $@
+
 $B/libbcd.a: $(call obj,$(ENGINE_SRC))
 	@rm -f $@
 	$Qar rcs $@ $^

@@ -57,6 +57,7 @@ look() {
         need_command dpkg-buildpackage dpkg-dev
         ;;
     esac
+    need_command chromium chromium
     if [ "${1:-}" = long ]; then
         need_command clang clang
         need_command wrk wrk

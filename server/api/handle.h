@@ -45,6 +45,9 @@ handler handle_people_me, handle_people_owners, handle_people_owner_put, handle_
 handler handle_reports_json, handle_reports_csv, handle_reports_svg, handle_reports_measure;
 handler handle_reports_stop;
 
+/* handle_page.c */
+handler handle_page_index, handle_page_file, handle_page_scenes;
+
 /* handle_service.c */
 handler handle_service_index, handle_service_health, handle_service_ready;
 handler handle_service_metrics; /* metrics.c */

@@ -246,8 +246,16 @@ static const struct route routes[] = {
      "JSON Schema of a job", .answers = {{200, "application/schema+json", "Schema"}, SAME}},
     {"GET", "/openapi.json", ROLE_NONE, handle_service_openapi, "getDescription",
      "this API as OpenAPI 3.1", .answers = {{200, JSON, "OpenApi"}, SAME}},
-    {"GET", "/", ROLE_NONE, handle_service_index, "getIndex",
+    {"GET", "/v1", ROLE_NONE, handle_service_index, "getIndex",
      "this list", .answers = {{200, JSON, "Index"}}},
+    {"GET", "/v1/scenes", ROLE_NONE, handle_page_scenes, "listScenes",
+     "scenes of the papers, as jobs", .answers = {{200, JSON, "SceneList"}}},
+    {"GET", "/", ROLE_NONE, handle_page_index, "getPage",
+     "the web page", "What it shows it asks for with the token of whoever looks.",
+     .answers = {{200, "text/html", NULL}, SAME}},
+    {"GET", "/page/{file}", ROLE_NONE, handle_page_file, "getPageFile",
+     "what the web page consists of",
+     .answers = {{200, "text/javascript", NULL}, {200, "text/css", NULL}, {200, SVG}, SAME}},
 };
 /* clang-format on */
 
@@ -256,6 +264,7 @@ static const struct route_arg args[] = {
     {"id", LETTERS_DIGITS "-", "[a-z0-9-]"},
     {"name", LETTERS_DIGITS "_", "[a-z0-9_]"},
     {"owner", LETTERS_DIGITS "_-", "[a-z0-9_-]"},
+    {"file", LETTERS_DIGITS "_.", "[a-z0-9_.]"},
 };
 
 const struct route_arg *routes_arg(size_t index)

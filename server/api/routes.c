@@ -36,7 +36,7 @@ void routes_dispatch(void *service, const struct request *request, struct reply 
         reply_method(reply, request->method, allow);
     else
         reply_problem(reply, PROBLEM_NOT_FOUND,
-                      "there is nothing at this path; GET / lists the paths");
+                      "there is nothing at this path; GET /v1 lists the paths");
 }
 
 /* False, with the reply filled, when this route is not for who asks. */

@@ -2,7 +2,7 @@
  *
  * routes.h - the table of everything the service can be asked, and the way from a request to its
  * handler. A new endpoint is one row in route_table.c: from the rows come the dispatch, the checks
- * of roles and query parameters, the list at / and openapi.json. A schema that a row names stands
+ * of roles and query parameters, the list at /v1 and openapi.json. A schema that a row names stands
  * in schema/components.json.
  */
 #ifndef ROUTES_H
@@ -47,8 +47,8 @@ enum { ROUTE_ANSWERS_MAX = 4 };
 
 struct route {
     const char *method; /* "GET" stands for HEAD too */
-    /* Literal text with {id} for [a-z0-9-]+, {name} for [a-z0-9_]+ and {owner} for both. No other
-     * path can match, so nothing needs decoding or cleaning. */
+    /* Literal text with {id} for [a-z0-9-]+, {name} for [a-z0-9_]+, {owner} for both and {file}
+     * for a name with an ending. No other path can match, so nothing needs decoding or cleaning. */
     const char *pattern;
     enum role role; /* the least that may ask; ROLE_NONE = anybody */
     handler *handle;

@@ -345,6 +345,7 @@ static bool ask(struct http *http, struct connection *c, bool last, void *held)
         .authorization = header(c, MHD_HTTP_HEADER_AUTHORIZATION),
         .if_none_match = header(c, MHD_HTTP_HEADER_IF_NONE_MATCH),
         .last_event_id = header(c, "Last-Event-ID"),
+        .accept_encoding = header(c, MHD_HTTP_HEADER_ACCEPT_ENCODING),
         .id = exchange->id,
         .body = exchange->body ? exchange->body : "",
         .body_size = exchange->body_size,

@@ -25,6 +25,7 @@ struct request {
     const char *authorization;   /* header, or NULL; a secret */
     const char *if_none_match;   /* header, or NULL */
     const char *last_event_id;   /* header, or NULL */
+    const char *accept_encoding; /* header, or NULL */
     const char *id;              /* X-Request-Id: the client's own or made here; NULL in tests */
     int64_t waited_ms;           /* 0; asked again after a hold: since the first time */
     bool last;                   /* no hold will be granted (any more) */
@@ -79,6 +80,7 @@ struct reply {
     const char *cache_control;
     const char *retry_after; /* seconds, or NULL */
     char etag[64];           /* ETag with its quotes, or "" */
+    const char *encoding;    /* "gzip", or "identity" of what can be had as gzip too; or NULL */
     bool live;               /* an event stream: proxies are not to collect it */
     const char *route;       /* for log and counters: the pattern that the path met, or NULL */
     char owner[OWNER_SIZE];  /* for the log: who asked, "" = not known */

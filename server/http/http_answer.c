@@ -77,11 +77,25 @@ static struct MHD_Response *make_head(struct reply *reply)
     return response;
 }
 
+/* What an answer may do when somebody opens it: a picture may have its styles, the page the
+ * scripts, styles and answers of this server (and pictures that it made of them), all else nothing.
+ */
+static const char *policy(const char *type)
+{
+    if (type && strcmp(type, "image/svg+xml") == 0)
+        return "default-src 'none'; style-src 'unsafe-inline'";
+    if (type && strncmp(type, "text/html", 9) == 0)
+        return "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+               "img-src 'self' blob:; base-uri 'none'; form-action 'none'; "
+               "frame-ancestors 'none'; require-trusted-types-for 'script'; trusted-types 'none'";
+    return "default-src 'none'; frame-ancestors 'none'";
+}
+
 static enum MHD_Result add_headers(const struct http *http, const struct exchange *exchange,
                                    struct MHD_Response *response)
 {
     const struct reply *reply = &exchange->reply;
-    bool drawing = reply->content_type && strcmp(reply->content_type, "image/svg+xml") == 0;
+    bool packed = reply->encoding && strcmp(reply->encoding, "identity") != 0;
     const struct {
         const char *name, *value;
     } headers[] = {
@@ -94,8 +108,10 @@ static enum MHD_Result add_headers(const struct http *http, const struct exchang
         {MHD_HTTP_HEADER_WWW_AUTHENTICATE, reply->status == 401 ? "Bearer realm=\"bcdd\"" : NULL},
         {MHD_HTTP_HEADER_CONNECTION,
          exchange->refused || atomic_load(&http->stopping) ? "close" : NULL},
-        {"Content-Security-Policy", drawing ? "default-src 'none'; style-src 'unsafe-inline'"
-                                            : "default-src 'none'; frame-ancestors 'none'"},
+        {MHD_HTTP_HEADER_CONTENT_ENCODING, packed ? reply->encoding : NULL},
+        {MHD_HTTP_HEADER_VARY, reply->encoding ? "Accept-Encoding" : NULL},
+        /* 304: that of the answer it stands for goes on to hold */
+        {"Content-Security-Policy", reply->status == 304 ? NULL : policy(reply->content_type)},
         {"Cross-Origin-Resource-Policy", "same-origin"},
         {"Referrer-Policy", "no-referrer"},
         {"X-Accel-Buffering", reply->live ? "no" : NULL},

@@ -109,6 +109,21 @@ void reply_text_take(struct reply *reply, const char *content_type, char *text)
     fill_take(reply, 200, content_type, text);
 }
 
+void reply_bytes(struct reply *reply, const char *content_type, const char *encoding,
+                 const void *bytes, size_t size)
+{
+    char *copy = malloc(size + 1);
+    if (copy) {
+        memcpy(copy, bytes, size);
+        copy[size] = '\0';
+    }
+    fill_take(reply, 200, content_type, copy);
+    if (copy) {
+        reply->body_size = size;
+        reply->encoding = encoding;
+    }
+}
+
 void reply_stream_take(struct reply *reply, const char *content_type, const struct stream *stream)
 {
     fill_take(reply, 503, content_type, NULL);

@@ -48,6 +48,9 @@ void reply_accepted_take(struct reply *reply, const char *location, char *json);
 void reply_created_take(struct reply *reply, const char *location, char *json);
 /* Not there yet: a client asks `location` again in a moment. */
 void reply_later_take(struct reply *reply, const char *location, char *json);
+/* Bytes, in an encoding that the client takes ("gzip", or "identity"). */
+void reply_bytes(struct reply *reply, const char *content_type, const char *encoding,
+                 const void *bytes, size_t size);
 void reply_text_take(struct reply *reply, const char *content_type, char *text);
 /* A body made while it is sent, taken over; one without `read` = out of memory. */
 void reply_stream_take(struct reply *reply, const char *content_type, const struct stream *stream);

@@ -118,6 +118,7 @@ const odd = fc.record({
   'Authorization': fc.oneof(fc.constantFrom('Bearer x', 'Bearer bcd_aaaa', 'Basic YTpi', 'Bearer', ''),
                             fc.nat(1).map(() => `Bearer ${pool.reader}`)),
   'Accept': fc.constantFrom('text/html', '*/*'),
+  'Accept-Encoding': fc.constantFrom('gzip, br', 'identity', 'gzip;q=0', ';', ''),
   'X-Request-Id': fc.constantFrom('abc', 'a b', 'x'.repeat(200)),
   'Last-Event-ID': fc.constantFrom('0', 'x', '-1'),
 }, { requiredKeys: [] });
@@ -131,16 +132,17 @@ function request(operation) {
                       fc.stringMatching(/^[a-z0-9-]{1,70}$/));
   const name = fc.oneof({ weight: 4, arbitrary: fc.constantFrom(...names) },
                         fc.stringMatching(/^[a-z0-9_]{1,70}$/));
+  const file = fc.constantFrom('main.js', 'style.css', 'icon.svg', 'main', 'index.html', '..');
   return fc.record({
-    id, name, query: query(operation), body: bodyText(operation),
+    id, name, file, query: query(operation), body: bodyText(operation),
     head: operation.method === 'GET' ? fc.nat(5).map((n) => n === 0) : fc.constant(false),
     headers: fc.oneof({ weight: 3, arbitrary: fc.constant({}) }, odd) });
 }
 
 const spelled = (text) => encodeURIComponent(text.toWellFormed?.() ?? text);
 
-async function send(operation, { id, name, query: parts, body, head, headers }) {
-  const path = operation.path.replace(/\{(\w+)\}/g, (_, key) => (key === 'name' ? name : id));
+async function send(operation, { id, name, file, query: parts, body, head, headers }) {
+  const path = operation.path.replace(/\{(\w+)\}/g, (_, key) => ({ name, file })[key] ?? id);
   const search = parts.map((p) => `${spelled(p.name)}=${spelled(p.value)}`).join('&');
   const answer = await ask(head ? 'HEAD' : operation.method, search ? `${path}?${search}` : path,
                            { body: body.text, headers: { ...owned, ...headers } });

@@ -30,7 +30,7 @@ static void unknown_paths(void **state)
     static const char *const paths[] = {
         "",
         "//",
-        "/v1",
+        "/v1/",
         "/v1/jobs/",
         "/v1/jobs//",
         "/v1/jobs/..",
@@ -91,7 +91,7 @@ static void service_pages(void **state)
     struct desk *f = *state;
     assert_int_equal(ask(f, "GET", "/healthz", NULL), 200);
     assert_string_equal(f->reply.body, "{\"status\":\"ok\"}\n");
-    assert_int_equal(ask(f, "GET", "/", NULL), 200);
+    assert_int_equal(ask(f, "GET", "/v1", NULL), 200);
     assert_says(f, "{\"method\":\"POST\",\"path\":\"/v1/jobs\",");
     assert_int_equal(ask(f, "GET", "/readyz", NULL), 200);
     queue_stop(f->service.queue);

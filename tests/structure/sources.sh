@@ -5,7 +5,8 @@ set -u
 
 code=$(find engine server tests -name '*.[ch]' | sort)
 all=$(find engine server tests deploy schema .ci Makefile -type f \
-    \( -name '*.[ch]' -o -name '*.sh' -o -name '*.sql' -o -name '*.mjs' -o -name Makefile -o -path '.ci/run' \) | sort)
+    \( -name '*.[ch]' -o -name '*.sh' -o -name '*.sql' -o -name '*.mjs' \
+    -o -name '*.js' -o -name '*.css' -o -name '*.html' -o -name Makefile -o -path '.ci/run' \) | sort)
 
 # report N "text" "what is wrong, one a line; nothing = passed"
 report() {

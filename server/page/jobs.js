@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// jobs.js - the queue: counts by state, a page of jobs as they go on, filters in the API's own words.
+// Only the page shown is held: 10^5 jobs are as fast as ten.
+import { curl, get } from './api.js';
+import { h, later, replace, shellLine } from './dom.js';
+import { counts, live } from './live.js';
+import { go, link, parse, print, put, show as words, value } from './place.js';
+import { jobActions, progressBar, stateWord } from './parts.js';
+import { moment, nameOf, states, summary } from './words.js';
+
+export const title = 'Queue';
+const STATES = Object.keys(states);
+const SORTS = [['', 'newest first'], ['submitted', 'oldest first'], ['-finished', 'ended last first'],
+               ['label', 'by label'], ['diameter', 'by diameter'], ['-derived.steps', 'longest first']];
+
+export async function show(main, { query }, signal) {
+  const rows = new Map(); // id -> { record, row }
+  const chosen = new Set();
+  const body = h('tbody'), fault = h('p', { class: 'fault', role: 'alert' });
+  const states = h('ul', { class: 'counts', 'aria-label': 'Jobs by state' });
+  const compare = h('span'), more = h('p', { class: 'row' }), empty = h('p', { class: 'note' });
+  replace(main, h('h1', null, 'Queue'), states, filterForm(query), fault,
+          h('div', { class: 'scroll' }, h('table', { class: 'jobs' }, h('thead', null, h('tr', null,
+            h('th', null, h('span', { class: 'note' }, 'compare')), h('th', null, 'state'), h('th', null, 'job'),
+            h('th', null, 'progress'), h('th', { class: 'less' }, 'method'),
+            h('th', { class: 'less' }, 'owner'), h('th', { class: 'less' }, 'submitted'), h('th', null, 'do'))), body)),
+          empty, more, compare,
+          h('details', { class: 'source' }, h('summary', null, 'The same list by curl'),
+            shellLine(curl(path(query)))));
+
+  function choose() {
+    const ids = [...chosen];
+    replace(compare, ids.length > 1 && h('a', { class: 'button', href:
+      link('job', ids[0], [['with', ids.slice(1).join(',')]]) }, `Compare ${ids.length} jobs in one plot`));
+  }
+
+  function rowOf(record) {
+    const bar = h('td', null, progressBar(record));
+    return h('tr', { 'data-id': record.id },
+      h('td', null, h('input', { type: 'checkbox', checked: chosen.has(record.id),
+        'aria-label': `Compare ${nameOf(record)}`, onchange: ({ target }) => {
+          chosen[target.checked ? 'add' : 'delete'](record.id);
+          choose();
+        } })),
+      h('td', null, stateWord(record.state)),
+      h('td', { class: 'what' }, h('a', { href: link('job', record.id) }, nameOf(record)),
+        record.tags.map((tag) => h('a', { class: 'tag', href: link('jobs', '', [['tag', tag]]) }, tag)),
+        h('small', null, summary(record.job), '  ', Object.keys(record.job.observables).join(', '))),
+      bar, h('td', { class: 'less' }, record.derived.method), h('td', { class: 'less' }, record.owner),
+      h('td', { class: 'less' }, moment(record.submitted_at)),
+      h('td', null, jobActions(record, update)));
+  }
+
+  function update(record) {
+    const old = rows.get(record.id);
+    if (!old)
+      return;
+    const row = rowOf(record), held = old.row.contains(document.activeElement) &&
+      document.activeElement.dataset.do;
+    old.row.replaceWith(row);
+    rows.set(record.id, { record, row });
+    if (held)
+      row.querySelector('a')?.focus();
+  }
+
+  async function load() {
+    try {
+      const page = await get(path(query), signal);
+      fault.textContent = '';
+      rows.clear();
+      replace(body, ...page.jobs.map((record) => {
+        const row = rowOf(record);
+        rows.set(record.id, { record, row });
+        return row;
+      }));
+      empty.textContent = page.jobs.length ? '' : query.length ? 'No job is like that.'
+        : 'There are no jobs yet.';
+      const first = value(query, 'cursor');
+      replace(more, first && h('a', { href: link('jobs', '', put(query, 'cursor')) }, 'First page'),
+              page.next && h('a', { rel: 'next', href: link('jobs', '', put(query, 'cursor', page.next)) },
+                             'Next page'));
+    } catch (error) {
+      if (!signal.aborted)
+        fault.textContent = error.errors?.length
+          ? error.errors.map((e) => `${e.parameter}: ${e.detail}`).join('; ') : error.message;
+    }
+  }
+  const reload = later(400, load);
+
+  function count() {
+    const now = value(query, 'state');
+    const known = counts ?? {};
+    replace(states, STATES.map((state) => h('li', null, h('button', { type: 'button',
+      'aria-pressed': String(now === state), 'data-state': state, onclick: () => go('jobs', '',
+        put(put(query, 'cursor'), 'state', now === state ? null : state)) },
+      stateWord(state), ' ', h('b', null, known[state]?.toLocaleString('en') ?? '–')))));
+  }
+
+  live.addEventListener('counts', count, { signal });
+  live.addEventListener('lost', reload, { signal });
+  live.addEventListener('link', ({ detail }) => detail.up && reload(), { signal });
+  live.addEventListener('job', ({ detail }) => {
+    const known = rows.get(detail.id);
+    if (!known)
+      return detail.state === 'queued' ? reload() : undefined;
+    if (known.record.state !== detail.state && detail.state !== 'running')
+      return refresh(detail.id);
+    const record = { ...known.record, state: detail.state, progress: detail.progress,
+                     started_at: known.record.started_at ?? new Date().toISOString() };
+    if (known.record.state !== detail.state)
+      return update(record);
+    known.record = record;
+    replace(known.row.cells[3], progressBar(record));
+  }, { signal });
+  async function refresh(id) {
+    try {
+      update(await get(`/v1/jobs/${id}`, signal));
+    } catch { /* the list will tell */ }
+  }
+  count();
+  await load();
+}
+
+function path(query) {
+  const text = print(query);
+  return `/v1/jobs${text ? `?${text}` : ''}`;
+}
+
+// The filter is the API's query string, as it would be typed behind the question mark.
+function filterForm(query) {
+  const sort = value(query, 'sort') ?? '';
+  const rest = put(put(query, 'sort'), 'cursor');
+  const input = h('input', { id: 'filter', type: 'search', spellcheck: 'false', autocomplete: 'off',
+    placeholder: 'diameter=0.3..0.5&potential.amplitude>=6&tag=fig3', value: words(rest) });
+  const order = h('select', { 'aria-label': 'Order', onchange: () => send() },
+    (SORTS.some(([name]) => name === sort) ? SORTS : [...SORTS, [sort, sort]])
+      .map(([name, text]) => h('option', { value: name }, text)));
+  order.value = sort;
+  const send = () => go('jobs', '', put(parse(input.value), 'sort', order.value));
+  return h('form', { class: 'filter', role: 'search', onsubmit: (event) => {
+    event.preventDefault();
+    send();
+  } }, h('label', { for: 'filter' }, 'Filter'), input, order, h('button', { type: 'submit' }, 'Find'));
+}

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// panels.js - the plots of each observable. A curve is { record, name, table, series }: the first is the
+// job looked at, the others lie over it.
+import { curl } from './api.js';
+import { h } from './dom.js';
+import { plot } from './plot.js';
+import { num, observableNames, withError } from './words.js';
+import { valueOf } from './record.js';
+import { trajectory } from './trajectory.js';
+
+const lines = (name, curves) => curves.flatMap(({ record }) =>
+  [curl(`/v1/jobs/${record.id}/results/${name}.csv`), curl(`/v1/jobs/${record.id}/results/${name}.svg`)]);
+const fileOf = (name, curves) => `${name}-${curves.map((c) => c.record.id).join('-')}`.slice(0, 100);
+const legendOf = (curves, kind) => curves.map((c) => ({ series: c.series, name: c.name, kind, group: `c${c.series}` }));
+const minus = (a, b) => a.map((v, i) => v - b[i]);
+const plus = (a, b) => a.map((v, i) => v + b[i]);
+
+// d log MSD / d log t between neighbours but one.
+export function localSlope(lag, msd) {
+  const x = [], y = [];
+  for (let i = 1; i + 1 < lag.length; i++)
+    if (msd[i - 1] > 0 && msd[i + 1] > 0) {
+      x.push(lag[i]);
+      y.push(Math.log(msd[i + 1] / msd[i - 1]) / Math.log(lag[i + 1] / lag[i - 1]));
+    }
+  return { x, y };
+}
+
+function msd(name, curves) {
+  const marks = [], legend = legendOf(curves, 'both');
+  for (const { table, series, name: who } of curves) {
+    const group = `c${series}`, { lag, msd: y, stderr } = table;
+    marks.push({ kind: 'band', x: lag, low: minus(y, stderr), high: plus(y, stderr), series, group },
+               { kind: 'line', x: lag, y, series, group, silent: true },
+               { kind: 'points', x: lag, y, error: stderr, series, group, name: who });
+    if (Array.isArray(table.theory))
+      marks.push({ kind: 'line', dash: true, x: lag, y: table.theory, series: 7, group: 'theory',
+                   name: `exact theory${curves.length > 1 ? `, ${who}` : ''}` });
+  }
+  const [{ table, record }] = curves, lag = table.lag, first = lag[0], last = lag.at(-1);
+  const free = 2 * record.derived.diffusion;
+  if (marks.some((m) => m.group === 'theory'))
+    legend.push({ series: 7, name: 'exact theory', kind: 'dash', group: 'theory' });
+  marks.push({ kind: 'slope', x: [first, last], y: [free * first, free * last], group: 't' },
+             { kind: 'slope', x: [first, last], group: 'half',
+               y: [table.msd.at(-1) * Math.sqrt(first / last), table.msd.at(-1)] });
+  legend.push({ name: '2 D t, a rod alone', kind: 'guide', group: 't' },
+              { name: 't^½ through the end', kind: 'guide', group: 'half' });
+  const slopes = curves.map((c) => ({ ...localSlope(c.table.lag, c.table.msd), series: c.series, name: c.name }));
+  const x = { label: 'lag t', name: 'lag', kind: 'log', both: true };
+  return [
+    plot({ title: observableNames.msd, marks, legend, x, y: { label: 'MSD', name: 'msd', kind: 'log', both: true },
+           height: 340, file: fileOf(name, curves), curl: lines(name, curves),
+           note: table.theory === null ? `No theory: ${table.theory_reason}.` : null }),
+    plot({ title: 'Local slope d log MSD / d log t', x, height: 340,
+           y: { label: 'slope', name: 'slope', kind: 'linear' }, file: fileOf('slope', curves),
+           legend: legendOf(curves, 'both'), curl: lines(name, curves),
+           marks: [{ kind: 'level', y: 1 }, { kind: 'level', y: 0.5 },
+                   ...slopes.flatMap((c) => [
+                     { kind: 'line', x: c.x, y: c.y, series: c.series, group: `c${c.series}`, silent: true },
+                     { kind: 'points', x: c.x, y: c.y, series: c.series, group: `c${c.series}`, name: c.name }])] }),
+  ];
+}
+
+// Profiles over x or r: error bars, theory, and the distance from it in standard errors.
+function profile(name, curves) {
+  const along = name === 'pair_distribution' ? 'r' : 'x';
+  const unit = name === 'pair_distribution' ? 'distance r' : 'x';
+  const of = valueOf(curves[0].table), marks = [], residuals = [], legend = legendOf(curves, 'points');
+  for (const { table, series, name: who } of curves) {
+    const group = `c${series}`;
+    if (Array.isArray(table.theory))
+      marks.push({ kind: 'line', x: table[along], y: table.theory, dash: curves.length > 1, silent: curves.length > 1,
+                   series: curves.length > 1 ? series : 7, group: 'theory', name: 'exact theory' });
+    marks.push({ kind: 'points', x: table[along], y: table[of], error: table.stderr, series, group, name: who });
+    if (Array.isArray(table.z))
+      residuals.push({ kind: 'points', x: table[along], y: table.z, series, group, name: who });
+  }
+  const bare = curves.filter(({ table }) => !Array.isArray(table.theory));
+  if (marks.some((m) => m.group === 'theory'))
+    legend.push({ series: curves.length > 1 ? 0 : 7, name: 'exact theory', group: 'theory',
+                  kind: curves.length > 1 ? 'dash' : 'line' });
+  const [{ table }] = curves;
+  const drawn = [plot({ title: observableNames[name], marks, legend, height: 300, file: fileOf(name, curves),
+    x: { label: unit, name: along, kind: 'linear' }, y: { label: observableNames[name].toLowerCase(), name: of, kind: 'linear', both: true },
+    curl: lines(name, curves),
+    note: bare.length && table.theory_reason ? `No theory: ${table.theory_reason}.` : null })];
+  if (residuals.length)
+    drawn.push(plot({ title: `${observableNames[name]}: distance from theory in standard errors`, height: 300,
+      marks: [...[-2, 0, 2].map((y) => ({ kind: 'level', y })), ...residuals], legend: legendOf(curves, 'points'),
+      x: { label: unit, name: along, kind: 'linear' }, y: { label: 'z', name: 'z', kind: 'linear' },
+      file: fileOf(`${name}-z`, curves), curl: lines(name, curves),
+      note: Number.isFinite(table.chi_square) ? `χ² ${num(table.chi_square, 4)} of ${table.degrees_of_freedom} rows, ` +
+        `p ${num(table.p_value, 2)} (${table.p_value_assumes ?? ''})` : null }));
+  return drawn;
+}
+
+function clusterSizes(name, curves) {
+  const one = curves.length === 1, kind = one ? 'bars' : 'points';
+  const there = (c) => c.table.size.map((_, i) => i).filter((i) => c.table.fraction[i] > 0);
+  const marks = curves.map((c) => {
+    const at = there(c), pick = (column) => at.map((i) => c.table[column][i]);
+    return { kind, x: pick('size'), y: pick('fraction'), error: pick('stderr'), series: c.series,
+             group: `c${c.series}`, name: c.name };
+  });
+  const size = { label: 'rods in a cluster', name: 'size', kind: 'linear', both: !one };
+  return [plot({ title: observableNames.cluster_sizes, marks, legend: one ? [] : legendOf(curves, kind), x: size,
+                 y: { label: 'fraction of clusters', name: 'fraction', kind: 'log', both: true }, height: 300,
+                 file: fileOf(name, curves), curl: lines(name, curves) })];
+}
+
+function contactForce(name, curves) {
+  const marks = curves.map((c) => ({ kind: 'points', x: c.table.force, y: c.table.probability_density,
+    error: c.table.stderr, series: c.series, group: `c${c.series}`, name: c.name }));
+  return [plot({ title: observableNames.contact_force, marks, legend: legendOf(curves, 'points'), height: 300,
+                 x: { label: 'force', name: 'force', kind: 'linear', both: true },
+                 y: { label: 'probability density', name: 'probability_density', kind: 'log', both: true },
+                 file: fileOf(name, curves), curl: lines(name, curves) })];
+}
+
+// One number: with error, theory and distance, beside those of the other jobs.
+function single(name, curves) {
+  return [h('section', { class: 'figure' }, h('h3', null, observableNames[name] ?? name), h('div', { class: 'scroll' },
+    h('table', null, h('thead', null, h('tr', null, ['job', 'value', 'theory', 'z', 'of the time step']
+      .map((t, i) => h('th', { class: i ? 'number' : null }, t)))),
+    h('tbody', null, curves.map(({ name: who, table }) => h('tr', null, h('td', null, who),
+      h('td', { class: 'number' }, withError(table[valueOf(table)], table.stderr)),
+      [table.theory, table.z, table.time_step_error].map((v) => h('td', { class: 'number' }, num(v)))))))),
+    h('details', { class: 'source' }, h('summary', null, 'The same data by curl'), lines(name, curves)
+      .map((line) => h('code', null, line))))];
+}
+
+// What there is no plot for: every column that is a number.
+function any(name, curves) {
+  const columns = Object.entries(curves[0].table).filter(([, v]) => Array.isArray(v)).map(([key]) => key);
+  if (columns.length < 2)
+    return single(name, curves);
+  const [x, y] = columns;
+  return [plot({ title: observableNames[name] ?? name, height: 300, legend: legendOf(curves, 'points'),
+    marks: curves.map((c) => ({ kind: 'points', x: c.table[x], y: c.table[y], error: c.table.stderr ?? undefined,
+      series: c.series, group: `c${c.series}`, name: c.name })),
+    x: { label: x, kind: 'linear', both: true }, y: { label: y, kind: 'linear', both: true },
+    file: fileOf(name, curves), curl: lines(name, curves) })];
+}
+
+export const panels = {
+  msd, density: profile, contact_density: profile, pair_distribution: profile, cluster_sizes: clusterSizes,
+  contact_force: contactForce, energy: single, current: single, any,
+  trajectory: (name, [curve]) => (curve ? [trajectory(curve.record, curve.table, lines(name, [curve]))] : []),
+};
