@@ -15,10 +15,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool make(const struct service *service, const struct sweep *sweep, struct sweep_made *made,
-                 struct reply *reply);
-static void keep(const struct service *service, const struct sweep *sweep, struct sweep_new *kept,
-                 struct reply *reply);
+static bool sound(struct sweep_make *make, struct reply *reply);
+static void keep(const struct service *service, const struct sweep *sweep, struct sweep_make *make,
+                 struct sweep_new *kept, struct reply *reply);
 static void answer(struct reply *reply, const struct sweep_view *view);
 static void extend(const struct service *service, const struct call *call,
                    const struct sweep_record *record, struct sweep *sweep, struct reply *reply);
@@ -32,7 +31,6 @@ void handle_sweeps_submit(const struct service *service, const struct call *call
     struct bcd_errors errors = {0};
     struct ticket ticket = {0};
     struct sweep *sweep = NULL;
-    struct sweep_made made = {0};
     if (!request_check_json(request, reply) || !request_check_key(request, reply))
         return;
     snprintf(ticket.owner, sizeof(ticket.owner), "%s", call->identity.owner);
@@ -42,16 +40,16 @@ void handle_sweeps_submit(const struct service *service, const struct call *call
         reply_bcd(reply, status, &errors);
         return;
     }
-    if (make(service, sweep, &made, reply)) {
+    struct sweep_make *make =
+        sweep_make_create(sweep, queue_calibration(service->queue), ticket.owner);
+    if (sound(make, reply)) {
         struct sweep_new kept = {.ticket = &ticket,
                                  .by = &call->identity,
                                  .idempotency_key = request->idempotency_key,
-                                 .points = made.points,
-                                 .count = made.count};
-        sweep_made_hash(sweep, &made, ticket.owner, kept.hash);
-        keep(service, sweep, &kept, reply);
+                                 .source = sweep_make_source(make)};
+        keep(service, sweep, make, &kept, reply);
     }
-    sweep_made_fini(&made);
+    sweep_make_free(make);
     sweep_free(sweep);
     ticket_fini(&ticket);
 }
@@ -162,12 +160,11 @@ void handle_sweeps_cancel(const struct service *service, const struct call *call
     sweep_record_fini(&record);
 }
 
-/* All points, or false with the reply saying which cannot be accepted. */
-static bool make(const struct service *service, const struct sweep *sweep, struct sweep_made *made,
-                 struct reply *reply)
+/* False with the reply saying which points cannot be accepted, if that is known. */
+static bool sound(struct sweep_make *make, struct reply *reply)
 {
     struct bcd_errors errors = {0};
-    enum bcd_status status = sweep_make(sweep, queue_calibration(service->queue), made, &errors);
+    enum bcd_status status = make ? sweep_make_check(make, &errors) : BCD_NO_MEMORY;
     if (status != BCD_OK)
         reply_bcd(reply, status, &errors);
     return status == BCD_OK;
@@ -175,19 +172,14 @@ static bool make(const struct service *service, const struct sweep *sweep, struc
 
 /* What all points need together; those that stand already are counted, too. */
 static void refuse_quota(const struct service *service, const char *owner,
-                         const struct sweep_point_new *points, size_t count, struct reply *reply)
+                         const struct sweep_make *make, struct reply *reply)
 {
-    struct quota_need need = {{0}};
-    for (size_t i = 0; i < count; i++) {
-        need.value[QUOTA_QUEUED] += 1;
-        need.value[QUOTA_DAY_SECONDS] += points[i].job.core_seconds;
-        need.value[QUOTA_BYTES] += points[i].job.bytes;
-    }
+    struct quota_need need = sweep_make_need(make);
     job_request_over_quota(service, owner, &need, reply);
 }
 
-static void keep(const struct service *service, const struct sweep *sweep, struct sweep_new *kept,
-                 struct reply *reply)
+static void keep(const struct service *service, const struct sweep *sweep, struct sweep_make *make,
+                 struct sweep_new *kept, struct reply *reply)
 {
     struct sweep_record record = {0};
     bool existed = false;
@@ -200,10 +192,11 @@ static void keep(const struct service *service, const struct sweep *sweep, struc
     if (base && axes && zip)
         status = store_sweeps_insert(service->store, kept, &record, &existed);
     if (status == STORE_CONFLICT) {
-        reply_problem(reply, PROBLEM_KEY_REUSED,
-                      "this Idempotency-Key came with something else before");
+        if (sound(make, reply))
+            reply_problem(reply, PROBLEM_KEY_REUSED,
+                          "this Idempotency-Key came with something else before");
     } else if (status == STORE_QUOTA) {
-        refuse_quota(service, kept->ticket->owner, kept->points, kept->count, reply);
+        refuse_quota(service, kept->ticket->owner, make, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the sweep was not taken");
     } else {
@@ -234,32 +227,35 @@ static void answer(struct reply *reply, const struct sweep_view *view)
 static void extend(const struct service *service, const struct call *call,
                    const struct sweep_record *record, struct sweep *sweep, struct reply *reply)
 {
-    struct sweep_made made = {0};
     struct sweep_record grown = {0};
-    if (!make(service, sweep, &made, reply))
-        return;
+    struct sweep_make *make =
+        sweep_make_create(sweep, queue_calibration(service->queue), record->ticket.owner);
     char *axes = sweep_json_axes(sweep);
+    enum store_status status = STORE_BROKEN;
+    if (!sound(make, reply))
+        goto cleanup;
     const struct sweep_extension more = {.axes = axes,
                                          .by = &call->identity,
                                          .had = record->points,
-                                         .points = made.points,
-                                         .count = made.count};
-    enum store_status status = STORE_BROKEN;
+                                         .source = sweep_make_source(make)};
     if (axes)
         status = store_sweeps_extend(service->store, record->id, &more, &grown);
     if (status == STORE_CONFLICT) {
-        reply_problem(reply, PROBLEM_STATE,
-                      "sweep %s was cancelled, or extended by somebody else meanwhile", record->id);
+        if (sound(make, reply))
+            reply_problem(reply, PROBLEM_STATE,
+                          "sweep %s was cancelled, or extended by somebody else meanwhile",
+                          record->id);
     } else if (status == STORE_QUOTA) {
-        refuse_quota(service, record->ticket.owner, made.points, made.count, reply);
+        refuse_quota(service, record->ticket.owner, make, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the sweep was not extended");
     } else {
         queue_take(service->queue, grown.ticket.owner);
         answer(reply, &(const struct sweep_view){.record = &grown, .origin = SWEEP_NEW});
     }
+cleanup:
     free(axes);
-    sweep_made_fini(&made);
+    sweep_make_free(make);
     sweep_record_fini(&grown);
 }
 

@@ -64,6 +64,9 @@ bool sweep_place_parse(const struct sweep *sweep, const char *place, size_t at[S
 struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, size_t end);
 void sweep_walk_free(struct sweep_walk *walk);
 
+/* To other points of the same sweep, whose first is the next. */
+void sweep_walk_move(struct sweep_walk *walk, size_t first, size_t end);
+
 /* To the next point; false after the last. *point: its number among all. */
 bool sweep_walk_next(struct sweep_walk *walk, size_t *point);
 

@@ -16,7 +16,8 @@ struct sweep_walk {
     const struct sweep *sweep;
     json_t *job;
     struct sweep_slot slots[SWEEP_AXES_MAX];
-    size_t at[SWEEP_AXES_MAX]; /* index into each group's values; SIZE_MAX = not yet there */
+    json_t *values[SWEEP_AXES_MAX]; /* of each axis, its own: threads share no reference counts */
+    size_t at[SWEEP_AXES_MAX];      /* index into each group's values; SIZE_MAX = not yet there */
     size_t next, end;
 };
 
@@ -31,8 +32,11 @@ struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, si
         return NULL;
     *walk = (struct sweep_walk){.sweep = sweep, .next = first, .end = end};
     walk->job = json_deep_copy(sweep->base);
-    for (size_t a = 0; a < sweep->axis_count; a++)
-        sound = sound && !sweep_slot_find(walk->job, sweep->axes[a].pointer, &walk->slots[a]);
+    for (size_t a = 0; a < sweep->axis_count; a++) {
+        walk->values[a] = json_deep_copy(sweep->axes[a].values);
+        sound = sound && walk->values[a] &&
+                !sweep_slot_find(walk->job, sweep->axes[a].pointer, &walk->slots[a]);
+    }
     for (size_t g = 0; g < SWEEP_AXES_MAX; g++)
         walk->at[g] = SIZE_MAX;
     if (sound)
@@ -43,9 +47,18 @@ struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, si
 
 void sweep_walk_free(struct sweep_walk *walk)
 {
-    if (walk)
-        json_decref(walk->job);
+    if (!walk)
+        return;
+    for (size_t a = 0; a < SWEEP_AXES_MAX; a++)
+        json_decref(walk->values[a]);
+    json_decref(walk->job);
     free(walk);
+}
+
+void sweep_walk_move(struct sweep_walk *walk, size_t first, size_t end)
+{
+    walk->next = first;
+    walk->end = end;
 }
 
 bool sweep_walk_next(struct sweep_walk *walk, size_t *point)
@@ -100,7 +113,7 @@ static void go(struct sweep_walk *walk, size_t point)
     for (size_t a = 0; a < sweep->axis_count; a++) {
         const struct sweep_axis *axis = &sweep->axes[a];
         if (moved[axis->group])
-            put(&walk->slots[a], json_array_get(axis->values, walk->at[axis->group]));
+            put(&walk->slots[a], json_array_get(walk->values[a], walk->at[axis->group]));
     }
 }
 

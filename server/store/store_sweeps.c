@@ -9,13 +9,11 @@
 struct keeper {
     sqlite3 *db;
     const struct ticket *ticket;
-    int64_t sweep;
+    int64_t sweep, last; /* the youngest job that was there before */
     struct stmt find, job, point;
     int64_t jobs, bytes; /* new ones, and what they are expected to need */
     double seconds;
 };
-
-static enum store_status book(const struct keeper *keeper);
 
 /* For 10^5 jobs at once triggers and CHECKs are most of the work. While the keeper lives they rest:
  * what it binds is made by this program, and what triggers on the insertion of jobs keep up to date
@@ -50,7 +48,7 @@ static enum store_status keeper_fini(struct keeper *keeper, enum store_status st
     for (size_t i = 0; i < sizeof ends / sizeof ends[0]; i++)
         status = status ? status : ends[i];
     rest_triggers(keeper->db, false);
-    return status ? status : book(keeper);
+    return status;
 }
 
 /* Counters of states, of the owner and of the sweep; first whether the owner may have so much. */
@@ -143,69 +141,100 @@ static enum store_status tag_jobs(sqlite3 *db, int64_t sweep, const char *tags, 
     return status;
 }
 
-/* What every insertion ends with, for all jobs younger than `last`. */
-static enum store_status end_jobs(const struct keeper *keeper, int64_t last)
+/* What every insertion ends with, after keeper_fini. */
+static enum store_status end_jobs(const struct keeper *keeper)
 {
-    enum store_status status = tag_jobs(keeper->db, keeper->sweep, keeper->ticket->tags, last);
+    enum store_status status = book(keeper);
 
+    if (status == STORE_OK)
+        status = tag_jobs(keeper->db, keeper->sweep, keeper->ticket->tags, keeper->last);
     for (int64_t i = 1; i <= keeper->jobs && status == STORE_OK; i++)
-        status = store_segment_inserted(keeper->db, last + i);
+        status = store_segment_inserted(keeper->db, keeper->last + i);
     return status;
 }
 
-enum store_status store_sweeps_keep(sqlite3 *db, const struct sweep_record *sweep,
-                                    const struct sweep_point_new *points, size_t count)
+static enum store_status keep_point(struct keeper *keeper, const struct sweep_point_new *point,
+                                    int64_t number)
 {
-    struct keeper keeper = keeper_init(db, sweep->seq, &sweep->ticket);
-    int64_t last = 0, job;
-    enum store_status status = last_job(db, &last);
+    int64_t job;
+    enum store_status status = keep_job(keeper, &point->job, &job);
 
-    for (size_t i = 0; i < count && status == STORE_OK; i++) {
-        status = keep_job(&keeper, &points[i].job, &job);
-        if (status)
-            break;
-        stmt_bind_integer(&keeper.point, ":sweep", sweep->seq);
-        stmt_bind_integer(&keeper.point, ":point", sweep->points + (int64_t)i);
-        stmt_bind_integer(&keeper.point, ":job", job);
-        stmt_bind_text(&keeper.point, ":place", points[i].place);
-        status = stmt_run_again(&keeper.point, NULL);
+    if (status)
+        return status;
+    stmt_bind_integer(&keeper->point, ":sweep", keeper->sweep);
+    stmt_bind_integer(&keeper->point, ":point", number);
+    stmt_bind_integer(&keeper->point, ":job", job);
+    stmt_bind_text(&keeper->point, ":place", point->place);
+    return stmt_run_again(&keeper->point, NULL);
+}
+
+/* Points `first` and on, with the jobs that stand or new ones; end_jobs is still to be done. */
+static enum store_status keep_points(struct keeper *keeper, const struct sweep_source *source,
+                                     int64_t first)
+{
+    enum store_status status = last_job(keeper->db, &keeper->last);
+    size_t count = 1;
+
+    while (count > 0 && status == STORE_OK) {
+        const struct sweep_point_new *points = NULL;
+
+        status = source->take(source->state, &points, &count);
+        for (size_t i = 0; i < count && status == STORE_OK; i++)
+            status = keep_point(keeper, &points[i], first++);
     }
-    status = keeper_fini(&keeper, status);
-    return status ? status : end_jobs(&keeper, last);
+    return keeper_fini(keeper, status);
+}
+
+/* Points that are not wanted are looked at all the same: for faults, and for the hash. */
+static enum store_status pass_over(const struct sweep_source *source)
+{
+    const struct sweep_point_new *points;
+    enum store_status status = STORE_OK;
+
+    for (size_t count = 1; count > 0 && status == STORE_OK;)
+        status = source->take(source->state, &points, &count);
+    return status;
 }
 
 /* ------------------------------------------------------------------ insertion */
+
+/* Did the owner use the key before, for whatever? */
+static enum store_status know_key(sqlite3 *db, const struct sweep_new *sweep, bool *known)
+{
+    struct stmt row;
+
+    *known = false;
+    if (!sweep->idempotency_key)
+        return STORE_OK;
+    row = stmt_init(db, "SELECT 1 FROM idempotency_keys WHERE owner = :owner AND key = :key"
+                        " UNION ALL"
+                        " SELECT 1 FROM sweep_keys WHERE owner = :owner AND key = :key");
+    stmt_bind_text(&row, ":owner", sweep->ticket->owner);
+    stmt_bind_text(&row, ":key", sweep->idempotency_key);
+    *known = stmt_step(&row);
+    return stmt_fini(&row);
+}
 
 /* STORE_OK: the sweep that the key was used for; STORE_CONFLICT: something else. */
 static enum store_status find_key(sqlite3 *db, const struct sweep_new *sweep,
                                   struct sweep_record *record)
 {
     struct stmt row;
-    enum store_status status = STORE_OK;
-    bool job;
+    enum store_status status = STORE_CONFLICT;
     int64_t seq = 0;
 
-    if (!sweep->idempotency_key)
-        return STORE_NOT_FOUND;
-    row = stmt_init(db, "SELECT 1 FROM idempotency_keys WHERE owner = :owner AND key = :key");
-    stmt_bind_text(&row, ":owner", sweep->ticket->owner);
-    stmt_bind_text(&row, ":key", sweep->idempotency_key);
-    job = stmt_step(&row);
-    status = stmt_fini(&row);
-    if (status || job)
-        return status ? status : STORE_CONFLICT;
     row = stmt_init(db, "SELECT sweep, hash = :hash FROM sweep_keys"
                         " WHERE owner = :owner AND key = :key");
     stmt_bind_text(&row, ":owner", sweep->ticket->owner);
     stmt_bind_text(&row, ":key", sweep->idempotency_key);
-    stmt_bind_blob(&row, ":hash", sweep->hash, JOB_HASH_SIZE);
+    stmt_bind_blob(&row, ":hash", sweep->source->hash, JOB_HASH_SIZE);
     if (stmt_step(&row)) {
         seq = stmt_integer(&row, 0);
         status = stmt_integer(&row, 1) ? STORE_OK : STORE_CONFLICT;
     }
     if (stmt_fini(&row))
         return row.status;
-    return seq == 0 ? STORE_NOT_FOUND : status ? status : store_sweeps_find(db, NULL, seq, record);
+    return status ? status : store_sweeps_find(db, NULL, seq, record);
 }
 
 static enum store_status find_live(sqlite3 *db, const struct sweep_new *sweep,
@@ -215,7 +244,7 @@ static enum store_status find_live(sqlite3 *db, const struct sweep_new *sweep,
         stmt_init(db, "SELECT seq FROM sweeps WHERE hash = :hash AND cancelled_ms IS NULL");
     int64_t seq;
 
-    stmt_bind_blob(&row, ":hash", sweep->hash, JOB_HASH_SIZE);
+    stmt_bind_blob(&row, ":hash", sweep->source->hash, JOB_HASH_SIZE);
     seq = stmt_step(&row) ? stmt_integer(&row, 0) : 0;
     if (stmt_fini(&row))
         return row.status;
@@ -230,19 +259,21 @@ static enum store_status insert_key(sqlite3 *db, const struct sweep_new *sweep, 
     stmt_bind_text(&row, ":owner", sweep->ticket->owner);
     stmt_bind_text(&row, ":key", sweep->idempotency_key);
     stmt_bind_integer(&row, ":sweep", seq);
-    stmt_bind_blob(&row, ":hash", sweep->hash, JOB_HASH_SIZE);
+    stmt_bind_blob(&row, ":hash", sweep->source->hash, JOB_HASH_SIZE);
     return stmt_run(&row, NULL);
 }
 
+/* Its hash is known when the last point is: set_hash. */
 static enum store_status insert_row(sqlite3 *db, const struct sweep_new *sweep, const char *id)
 {
+    static const unsigned char unknown[JOB_HASH_SIZE];
     struct stmt row = stmt_init(db, "INSERT INTO sweeps (id, hash, owner, label, tags, priority,"
                                     " submitted_ms, base, axes, zip, points) VALUES (:id, :hash,"
                                     " :owner, :label, :tags, :priority, :now, :base, :axes, :zip,"
                                     " :points)");
 
     stmt_bind_text(&row, ":id", id);
-    stmt_bind_blob(&row, ":hash", sweep->hash, JOB_HASH_SIZE);
+    stmt_bind_blob(&row, ":hash", unknown, sizeof unknown);
     stmt_bind_text(&row, ":owner", sweep->ticket->owner);
     stmt_bind_text(&row, ":label", sweep->ticket->label);
     stmt_bind_text(&row, ":tags", sweep->ticket->tags);
@@ -251,45 +282,85 @@ static enum store_status insert_row(sqlite3 *db, const struct sweep_new *sweep, 
     stmt_bind_text(&row, ":base", sweep->base);
     stmt_bind_text(&row, ":axes", sweep->axes);
     stmt_bind_text(&row, ":zip", sweep->zip);
-    stmt_bind_integer(&row, ":points", (int64_t)sweep->count);
+    stmt_bind_integer(&row, ":points", (int64_t)sweep->source->count);
     return stmt_run(&row, NULL);
 }
 
-static enum store_status insert(sqlite3 *db, const struct sweep_new *sweep,
-                                struct sweep_record *record)
+static enum store_status set_hash(sqlite3 *db, const struct sweep_new *sweep, int64_t seq)
 {
-    struct sweep_record kept = {.ticket = *sweep->ticket}; /* borrowed */
+    struct stmt row = stmt_init(db, "UPDATE sweeps SET hash = :hash WHERE seq = :seq");
+
+    stmt_bind_blob(&row, ":hash", sweep->source->hash, JOB_HASH_SIZE);
+    stmt_bind_integer(&row, ":seq", seq);
+    return stmt_run(&row, NULL);
+}
+
+/* Points are kept while later ones are made. If in the end the same sweep stands, *stands, *record
+ * is that one and what was done is to be rolled back. */
+static enum store_status insert(sqlite3 *db, const struct sweep_new *sweep,
+                                struct sweep_record *record, bool *stands)
+{
     char id[JOB_ID_SIZE];
+    struct keeper keeper;
+    int64_t seq;
     enum store_status status = store_make_id(id, 's');
 
     if (status == STORE_OK)
         status = insert_row(db, sweep, id);
-    kept.seq = sqlite3_last_insert_rowid(db);
+    if (status)
+        return status;
+    seq = sqlite3_last_insert_rowid(db);
+    keeper = keeper_init(db, seq, sweep->ticket);
+    status = keep_points(&keeper, sweep->source, 0);
+    if (status)
+        return status;
+    status = find_live(db, sweep, record);
+    *stands = status == STORE_OK;
+    if (status != STORE_NOT_FOUND)
+        return status;
+    status = set_hash(db, sweep, seq);
     if (status == STORE_OK)
-        status = store_sweeps_keep(db, &kept, sweep->points, sweep->count);
+        status = end_jobs(&keeper);
     if (status == STORE_OK)
-        status = store_sweeps_find(db, NULL, kept.seq, record);
+        status = store_sweeps_find(db, NULL, seq, record);
     return status ? status
                   : store_sweeps_audit(db, sweep->by, "sweep.submit", record, record->points);
+}
+
+/* Nothing but the insertion was done in this transaction. */
+static enum store_status undo(struct store *store, sqlite3 *db)
+{
+    enum store_status status = store_exec(db, "ROLLBACK");
+    struct watch forgotten;
+
+    store_watch_take(store, false, &forgotten);
+    return status ? status : store_exec(db, "BEGIN IMMEDIATE");
+}
+
+/* The sweep that a key belongs to, once more. */
+static enum store_status insert_again(sqlite3 *db, const struct sweep_new *sweep,
+                                      struct sweep_record *record)
+{
+    enum store_status status = pass_over(sweep->source);
+
+    return status ? status : find_key(db, sweep, record);
 }
 
 enum store_status store_sweeps_insert(struct store *store, const struct sweep_new *sweep,
                                       struct sweep_record *record, bool *existed)
 {
     struct sweep_record found = {0};
-    bool known_key, stands;
+    bool known_key, stands = false;
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
 
     if (status)
         return status;
-    status = find_key(db, sweep, &found);
-    known_key = status == STORE_OK;
-    if (status == STORE_NOT_FOUND)
-        status = find_live(db, sweep, &found);
-    stands = status == STORE_OK;
-    if (status == STORE_NOT_FOUND)
-        status = insert(db, sweep, &found);
+    status = know_key(db, sweep, &known_key);
+    if (status == STORE_OK)
+        status = known_key ? insert_again(db, sweep, &found) : insert(db, sweep, &found, &stands);
+    if (status == STORE_OK && stands)
+        status = undo(store, db);
     if (status == STORE_OK && sweep->idempotency_key && !known_key)
         status = insert_key(db, sweep, found.seq);
     status = store_end(store, status);
@@ -298,11 +369,20 @@ enum store_status store_sweeps_insert(struct store *store, const struct sweep_ne
         return status;
     }
     *record = found;
-    *existed = stands;
+    *existed = known_key || stands;
     return STORE_OK;
 }
 
 /* ------------------------------------------------------------------ extension */
+
+static enum store_status keep_more(sqlite3 *db, const struct sweep_record *sweep,
+                                   const struct sweep_source *source)
+{
+    struct keeper keeper = keeper_init(db, sweep->seq, &sweep->ticket);
+    enum store_status status = keep_points(&keeper, source, sweep->points);
+
+    return status ? status : end_jobs(&keeper);
+}
 
 static enum store_status grow(sqlite3 *db, int64_t seq, const struct sweep_extension *more)
 {
@@ -310,7 +390,7 @@ static enum store_status grow(sqlite3 *db, int64_t seq, const struct sweep_exten
                                     " WHERE seq = :seq");
 
     stmt_bind_text(&row, ":axes", more->axes);
-    stmt_bind_integer(&row, ":count", (int64_t)more->count);
+    stmt_bind_integer(&row, ":count", (int64_t)more->source->count);
     stmt_bind_integer(&row, ":seq", seq);
     return stmt_run(&row, NULL);
 }
@@ -329,13 +409,16 @@ enum store_status store_sweeps_extend(struct store *store, const char *id,
     if (status == STORE_OK && found.points != more->had)
         status = STORE_CONFLICT;
     if (status == STORE_OK)
-        status = store_sweeps_keep(db, &found, more->points, more->count);
+        status = keep_more(db, &found, more->source);
+    else if (status == STORE_CONFLICT)
+        pass_over(more->source);
     if (status == STORE_OK)
         status = grow(db, found.seq, more);
     if (status == STORE_OK)
         status = store_sweeps_find(db, id, 0, &grown);
     if (status == STORE_OK)
-        status = store_sweeps_audit(db, more->by, "sweep.extend", &grown, (int64_t)more->count);
+        status = store_sweeps_audit(db, more->by, "sweep.extend", &grown,
+                                    (int64_t)more->source->count);
     status = store_end(store, status);
     sweep_record_fini(&found);
     if (status)
@@ -402,7 +485,7 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
                                      int64_t *count)
 {
     struct sweep_record found = {0};
-    int64_t *jobs = NULL, last = 0;
+    int64_t *jobs = NULL;
     size_t failed = 0;
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
@@ -412,16 +495,15 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
     status = store_sweeps_find_alive(db, id, &found);
     if (status == STORE_OK)
         status = failed_jobs(db, found.seq, &jobs, &failed);
-    if (status == STORE_OK)
-        status = last_job(db, &last);
     if (status == STORE_OK) {
         struct keeper keeper = keeper_init(db, found.seq, &found.ticket);
 
+        status = last_job(db, &keeper.last);
         for (size_t i = 0; i < failed && status == STORE_OK; i++)
             status = replace_job(&keeper, jobs[i]);
         status = keeper_fini(&keeper, status);
         if (status == STORE_OK)
-            status = end_jobs(&keeper, last);
+            status = end_jobs(&keeper);
     }
     if (status == STORE_OK && failed > 0)
         status = store_sweeps_audit(db, by, "sweep.retry", &found, found.counts[JOB_FAILED]);

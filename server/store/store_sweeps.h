@@ -25,14 +25,22 @@ struct sweep_point_new {
     const char *place;
 };
 
+/* Points that are still being made, `count` in all. take gives the next of them in order, 0 after
+ * the last, and borrows them until it is called again; `hash`, what makes a sweep the same, is
+ * there after that. Anything but STORE_OK: one cannot be made, and nothing is kept. */
+struct sweep_source {
+    enum store_status (*take)(void *state, const struct sweep_point_new **points, size_t *count);
+    void *state;
+    size_t count;
+    const unsigned char *hash;
+};
+
 struct sweep_new {
-    unsigned char hash[JOB_HASH_SIZE];
     const char *base, *axes, *zip;
     const struct ticket *ticket;
     const char *idempotency_key; /* NULL = none */
     const struct identity *by;   /* for the audit log, here and below; NULL = no line */
-    const struct sweep_point_new *points;
-    size_t count;
+    const struct sweep_source *source;
 };
 
 /* The whole sweep on disk in one transaction when it returns STORE_OK. *existed: the same sweep
@@ -55,8 +63,7 @@ struct sweep_extension {
     const char *axes;
     const struct identity *by;
     int64_t had;
-    const struct sweep_point_new *points;
-    size_t count;
+    const struct sweep_source *source;
 };
 enum store_status store_sweeps_extend(struct store *store, const char *id,
                                       const struct sweep_extension *more,

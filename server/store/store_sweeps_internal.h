@@ -16,10 +16,6 @@ enum store_status store_sweeps_find(sqlite3 *db, const char *id, int64_t seq,
 enum store_status store_sweeps_find_alive(sqlite3 *db, const char *id,
                                           struct sweep_record *record);
 
-/* Points sweep->points and on, with the jobs that stand or new ones. */
-enum store_status store_sweeps_keep(sqlite3 *db, const struct sweep_record *sweep,
-                                    const struct sweep_point_new *points, size_t count);
-
 /* A line of the audit log: what was done to so many points. by NULL = none. */
 enum store_status store_sweeps_audit(sqlite3 *db, const struct identity *by, const char *action,
                                      const struct sweep_record *sweep, int64_t points);

@@ -1,140 +1,259 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "sweep_make.h"
 #include "job_admit.h"
-#include "limits.h"
+#include "sweep_faults.h"
 
 #include <pthread.h>
 #include <sha2.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { THREADS = 2, POINTS_PER_THREAD = 500 };
+enum { BUILDERS = 2, POINTS_PER_BUILDER = 500, BATCH_POINTS = 256, BATCHES = 16 };
 
-/* A part of the points and who makes them. */
-struct part {
-    const struct sweep *sweep;
-    struct calibration *calibration;
+/* A builder's until it is ready, then the taker's until that asks for the next. */
+struct batch {
+    struct sweep_point_new *points;
+    size_t count, number;
+    bool ready;
+};
+
+struct builder {
+    struct sweep_make *make;
     struct sweep_walk *walk;
     struct bcd_scene_cache *cache;
-    struct sweep_made made;
-    struct bcd_errors errors;
-    size_t faulty;
-    enum bcd_status status;
     pthread_t thread;
     bool running;
 };
 
-static bool begin(struct part *part, const struct sweep *sweep, size_t first, size_t end);
-static void *run(void *part);
-static enum bcd_status make_point(struct part *part, size_t number);
-static void tell_faults(struct part *part, size_t number, const struct bcd_errors *faults);
-static bool told(const struct bcd_errors *errors, const struct bcd_error *fault);
-static bool join(struct part *parts, size_t count, struct sweep_made *made);
-static void fini(struct part *part);
+/* THREADS  `mutex` guards claimed, taken (which the taker alone changes), stop, status, and of each
+ *          batch number and ready. Need and hash are the taker's, walk and cache a builder's own.
+ *          The rest does not change. */
+struct sweep_make {
+    const struct sweep *sweep;
+    struct calibration *calibration;
+    struct sweep_source source;
+    size_t points, step, batches; /* the n-th batch: the new ones of the points n * step .. */
+    struct batch ring[BATCHES];
+    struct builder builders[BUILDERS];
+    pthread_mutex_t mutex;
+    pthread_cond_t moved;
+    size_t claimed, taken; /* batches */
+    bool stop;
+    enum bcd_status status;
+    SHA2_CTX context;
+    unsigned char hash[JOB_HASH_SIZE];
+    struct quota_need need;
+};
 
-enum bcd_status sweep_make(const struct sweep *sweep, struct calibration *calibration,
-                           struct sweep_made *made, struct bcd_errors *errors)
+static bool begin(struct sweep_make *make, size_t points, size_t builders);
+static enum store_status take(void *state, const struct sweep_point_new **points, size_t *count);
+static bool await(struct sweep_make *make);
+static void *build(void *builder);
+static void build_batch(struct builder *builder, size_t number);
+static enum bcd_status make_point(struct builder *builder, struct sweep_point_new *point);
+static void batch_clear(struct batch *batch);
+
+struct sweep_make *sweep_make_create(const struct sweep *sweep, struct calibration *calibration,
+                                     const char *owner)
 {
-    struct part parts[THREADS] = {{.calibration = calibration}, {.calibration = calibration}};
-    size_t points = sweep_points(sweep);
-    size_t threads = sweep_points_new(sweep) >= THREADS * POINTS_PER_THREAD ? THREADS : 1;
-    enum bcd_status status = BCD_OK;
-    for (size_t i = 0; i < threads; i++)
-        if (!begin(&parts[i], sweep, points * i / threads, points * (i + 1) / threads))
-            status = BCD_NO_MEMORY;
-    for (size_t i = 0; i < threads && status == BCD_OK; i++)
-        parts[i].running =
-            i + 1 < threads && pthread_create(&parts[i].thread, NULL, run, &parts[i]) == 0;
-    for (size_t i = threads; i-- > 0 && status == BCD_OK;)
-        if (!parts[i].running)
-            run(&parts[i]);
-    for (size_t i = 0; i < threads; i++) {
-        if (parts[i].running)
-            pthread_join(parts[i].thread, NULL);
-        status = status ? status : parts[i].status;
-        for (size_t e = 0; e < parts[i].errors.count; e++)
-            bcd_errors_add(errors, parts[i].errors.items[e].field, "%s",
-                           parts[i].errors.items[e].text);
-        errors->dropped += parts[i].errors.dropped;
+    struct sweep_make *make = calloc(1, sizeof(*make));
+    bool large = sweep_points_new(sweep) >= BUILDERS * POINTS_PER_BUILDER;
+    if (!make)
+        return NULL;
+    make->sweep = sweep;
+    make->calibration = calibration;
+    make->points = sweep_points(sweep);
+    make->source = (struct sweep_source){
+        .take = take, .state = make, .count = sweep_points_new(sweep), .hash = make->hash};
+    make->step = large ? BATCH_POINTS : make->points + 1;
+    make->batches = (make->points + make->step - 1) / make->step;
+    pthread_mutex_init(&make->mutex, NULL);
+    pthread_cond_init(&make->moved, NULL);
+    SHA256Init(&make->context);
+    SHA256Update(&make->context, (const uint8_t *)owner, strlen(owner) + 1);
+    for (size_t a = 0; sweep_axis(sweep, a); a++)
+        SHA256Update(&make->context, (const uint8_t *)sweep_axis(sweep, a),
+                     strlen(sweep_axis(sweep, a)) + 1);
+    if (!begin(make, large ? BATCH_POINTS : sweep_points_new(sweep), large ? BUILDERS : 1)) {
+        sweep_make_free(make);
+        return NULL;
     }
-    if (status == BCD_OK && !join(parts, threads, made))
-        status = BCD_NO_MEMORY;
-    for (size_t i = 0; i < threads; i++)
-        fini(&parts[i]);
+    if (make->batches > 0)
+        await(make);
+    return make;
+}
+
+void sweep_make_free(struct sweep_make *make)
+{
+    if (!make)
+        return;
+    pthread_mutex_lock(&make->mutex);
+    make->stop = true;
+    pthread_cond_broadcast(&make->moved);
+    pthread_mutex_unlock(&make->mutex);
+    for (size_t i = 0; i < BUILDERS; i++) {
+        if (make->builders[i].running)
+            pthread_join(make->builders[i].thread, NULL);
+        sweep_walk_free(make->builders[i].walk);
+        bcd_scene_cache_free(make->builders[i].cache);
+    }
+    for (size_t i = 0; i < BATCHES; i++) {
+        batch_clear(&make->ring[i]);
+        free(make->ring[i].points);
+    }
+    pthread_cond_destroy(&make->moved);
+    pthread_mutex_destroy(&make->mutex);
+    free(make);
+}
+
+const struct sweep_source *sweep_make_source(const struct sweep_make *make)
+{
+    return &make->source;
+}
+
+enum bcd_status sweep_make_check(struct sweep_make *make, struct bcd_errors *errors)
+{
+    pthread_mutex_lock(&make->mutex);
+    enum bcd_status status = make->status;
+    pthread_mutex_unlock(&make->mutex);
+    /* Nothing is wrong with those that were taken. */
+    if (status == BCD_INVALID)
+        status = sweep_faults(make->sweep, make->taken * make->step, errors);
     return status;
 }
 
-void sweep_made_fini(struct sweep_made *made)
+struct quota_need sweep_make_need(const struct sweep_make *make)
 {
-    for (size_t i = 0; i < made->count; i++) {
-        free((char *)made->points[i].job.job);
-        free((char *)made->points[i].job.derived);
-        free((char *)made->points[i].place);
-    }
-    free(made->points);
-    *made = (struct sweep_made){0};
+    return make->need;
 }
 
-bool sweep_made_hash(const struct sweep *sweep, const struct sweep_made *made, const char *owner,
-                     unsigned char hash[JOB_HASH_SIZE])
+/* The ring, and builders with what they need. Those of a small sweep, and those for whom there is
+ * no thread, work when somebody waits: await. */
+static bool begin(struct sweep_make *make, size_t points, size_t builders)
 {
-    SHA2_CTX context;
-    SHA256Init(&context);
-    SHA256Update(&context, (const uint8_t *)owner, strlen(owner) + 1);
-    for (size_t a = 0; sweep_axis(sweep, a); a++)
-        SHA256Update(&context, (const uint8_t *)sweep_axis(sweep, a),
-                     strlen(sweep_axis(sweep, a)) + 1);
-    for (size_t i = 0; i < made->count; i++)
-        SHA256Update(&context, made->points[i].job.hash, JOB_HASH_SIZE);
-    SHA256Final(hash, &context);
+    for (size_t i = 0; i < BATCHES && i < make->batches; i++) {
+        make->ring[i].points = calloc(points + 1, sizeof(*make->ring[i].points));
+        if (!make->ring[i].points)
+            return false;
+    }
+    for (size_t i = 0; i < builders; i++) {
+        struct builder *builder = &make->builders[i];
+        builder->make = make;
+        builder->walk = sweep_walk_create(make->sweep, 0, 0);
+        if (!builder->walk || bcd_scene_cache_create(&builder->cache) != BCD_OK)
+            return false;
+    }
+    for (size_t i = 0; i < builders && builders > 1; i++)
+        make->builders[i].running =
+            pthread_create(&make->builders[i].thread, NULL, build, &make->builders[i]) == 0;
     return true;
 }
 
-static bool begin(struct part *part, const struct sweep *sweep, size_t first, size_t end)
+static enum store_status take(void *state, const struct sweep_point_new **points, size_t *count)
 {
-    part->sweep = sweep;
-    part->walk = sweep_walk_create(sweep, first, end);
-    part->made.points = calloc(end - first + 1, sizeof(*part->made.points));
-    return part->walk && part->made.points && bcd_scene_cache_create(&part->cache) == BCD_OK;
+    struct sweep_make *make = state;
+    for (*count = 0; *count == 0 && make->taken < make->batches;) {
+        if (!await(make))
+            return STORE_CONFLICT;
+        const struct batch *batch = &make->ring[make->taken % BATCHES];
+        *points = batch->points;
+        *count = batch->count;
+        pthread_mutex_lock(&make->mutex);
+        make->taken++;
+        pthread_cond_broadcast(&make->moved);
+        pthread_mutex_unlock(&make->mutex);
+    }
+    for (size_t i = 0; i < *count; i++) {
+        const struct job_new *job = &(*points)[i].job;
+        SHA256Update(&make->context, job->hash, JOB_HASH_SIZE);
+        make->need.value[QUOTA_QUEUED] += 1;
+        make->need.value[QUOTA_DAY_SECONDS] += job->core_seconds;
+        make->need.value[QUOTA_BYTES] += job->bytes;
+    }
+    if (*count == 0)
+        SHA256Final(make->hash, &make->context);
+    return STORE_OK;
 }
 
-static void *run(void *context)
+/* Until the batch that is taken next is ready; false when there will be none. */
+static bool await(struct sweep_make *make)
 {
-    struct part *part = context;
-    size_t number;
-    while (part->faulty < LIMIT_SWEEP_FAULTY_MAX && part->status != BCD_NO_MEMORY &&
-           sweep_walk_next(part->walk, &number)) {
-        enum bcd_status status = make_point(part, number);
-        part->faulty += status == BCD_INVALID;
-        part->status = status ? status : part->status;
+    const struct batch *batch = &make->ring[make->taken % BATCHES];
+    bool alone = true;
+    for (size_t i = 0; i < BUILDERS; i++)
+        alone = alone && !make->builders[i].running;
+    pthread_mutex_lock(&make->mutex);
+    while (!(batch->ready && batch->number == make->taken) && make->status == BCD_OK) {
+        if (!alone) {
+            pthread_cond_wait(&make->moved, &make->mutex);
+            continue;
+        }
+        make->claimed = make->taken + 1;
+        pthread_mutex_unlock(&make->mutex);
+        build_batch(&make->builders[0], make->taken);
+        pthread_mutex_lock(&make->mutex);
     }
+    bool sound = make->status == BCD_OK;
+    pthread_mutex_unlock(&make->mutex);
+    return sound;
+}
+
+/* Batch after batch. The one that was taken last is being read and not to be written over. */
+static void *build(void *context)
+{
+    struct builder *builder = context;
+    struct sweep_make *make = builder->make;
+    pthread_mutex_lock(&make->mutex);
+    while (!make->stop && make->status == BCD_OK && make->claimed < make->batches) {
+        if (make->claimed + 1 >= make->taken + BATCHES) {
+            pthread_cond_wait(&make->moved, &make->mutex);
+            continue;
+        }
+        size_t number = make->claimed++;
+        make->ring[number % BATCHES].ready = false;
+        pthread_mutex_unlock(&make->mutex);
+        build_batch(builder, number);
+        pthread_mutex_lock(&make->mutex);
+    }
+    pthread_mutex_unlock(&make->mutex);
     return NULL;
 }
 
-static enum bcd_status make_point(struct part *part, size_t number)
+static void build_batch(struct builder *builder, size_t number)
+{
+    struct sweep_make *make = builder->make;
+    struct batch *batch = &make->ring[number % BATCHES];
+    size_t first = number * make->step, end = first + make->step, point;
+    enum bcd_status status = BCD_OK;
+    batch_clear(batch);
+    sweep_walk_move(builder->walk, first, end < make->points ? end : make->points);
+    while (status == BCD_OK && sweep_walk_next(builder->walk, &point)) {
+        status = make_point(builder, &batch->points[batch->count]);
+        batch->count += status == BCD_OK;
+    }
+    pthread_mutex_lock(&make->mutex);
+    batch->number = number;
+    batch->ready = status == BCD_OK;
+    make->status = make->status ? make->status : status;
+    pthread_cond_broadcast(&make->moved);
+    pthread_mutex_unlock(&make->mutex);
+}
+
+static enum bcd_status make_point(struct builder *builder, struct sweep_point_new *point)
 {
     struct bcd_errors faults = {.count = 0};
     struct bcd_estimate estimate;
     struct bcd_scene *scene = NULL;
-    struct sweep_point_new *point = &part->made.points[part->made.count];
     struct text place = {0};
-    enum bcd_status status = sweep_walk_scene(part->walk, part->cache, &scene, &faults);
-    if (status == BCD_OK) {
-        bcd_scene_estimate(scene, &estimate);
-        job_admit_check(&estimate, &faults);
-        status = faults.count > 0 ? BCD_INVALID : BCD_OK;
-    }
-    if (status == BCD_INVALID)
-        tell_faults(part, number, &faults);
-    /* Once something is wrong the rest is looked at for its faults alone. */
-    if (status != BCD_OK || part->faulty > 0)
+    enum bcd_status status =
+        sweep_faults_point(builder->walk, builder->cache, &scene, &estimate, &faults);
+    if (status != BCD_OK)
         goto cleanup;
-    estimate.core_seconds *= calibration_factor(part->calibration, calibration_method(scene), NULL);
-    sweep_walk_add_place(part->walk, &place);
+    estimate.core_seconds *=
+        calibration_factor(builder->make->calibration, calibration_method(scene), NULL);
+    sweep_walk_add_place(builder->walk, &place);
     point->place = text_take(&place);
-    if (point->place && job_admit_fill(scene, &estimate, &point->job)) {
-        part->made.count++;
-    } else {
+    if (!point->place || !job_admit_fill(scene, &estimate, &point->job)) {
         free((char *)point->place);
         status = BCD_NO_MEMORY;
     }
@@ -143,56 +262,12 @@ cleanup:
     return status;
 }
 
-/* What is wrong at many points in the same words is told once. */
-static void tell_faults(struct part *part, size_t number, const struct bcd_errors *faults)
+static void batch_clear(struct batch *batch)
 {
-    struct text values = {0};
-    sweep_walk_add_values(part->walk, &values);
-    char *where = text_take(&values);
-    for (size_t i = 0; i < faults->count; i++) {
-        const struct bcd_error *fault = &faults->items[i];
-        if (told(&part->errors, fault))
-            part->errors.dropped++;
-        else
-            bcd_errors_add(&part->errors, fault->field, "%.150s (point %zu: %.80s)", fault->text,
-                           number, where ? where : "");
+    for (size_t i = 0; i < batch->count; i++) {
+        free((char *)batch->points[i].job.job);
+        free((char *)batch->points[i].job.derived);
+        free((char *)batch->points[i].place);
     }
-    part->errors.dropped += faults->dropped;
-    free(where);
-}
-
-static bool told(const struct bcd_errors *errors, const struct bcd_error *fault)
-{
-    size_t length = strnlen(fault->text, 150);
-    for (size_t i = 0; i < errors->count; i++)
-        if (strcmp(errors->items[i].field, fault->field) == 0 &&
-            strncmp(errors->items[i].text, fault->text, length) == 0 &&
-            strncmp(errors->items[i].text + length, " (point ", 8) == 0)
-            return true;
-    return false;
-}
-
-/* The parts' points in one list. */
-static bool join(struct part *parts, size_t count, struct sweep_made *made)
-{
-    size_t points = 0;
-    for (size_t i = 0; i < count; i++)
-        points += parts[i].made.count;
-    struct sweep_point_new *list = malloc((points + 1) * sizeof(*list));
-    if (!list)
-        return false;
-    *made = (struct sweep_made){.points = list};
-    for (size_t i = 0; i < count; i++) {
-        memcpy(list + made->count, parts[i].made.points, parts[i].made.count * sizeof(*list));
-        made->count += parts[i].made.count;
-        parts[i].made.count = 0;
-    }
-    return true;
-}
-
-static void fini(struct part *part)
-{
-    sweep_made_fini(&part->made);
-    sweep_walk_free(part->walk);
-    bcd_scene_cache_free(part->cache);
+    batch->count = 0;
 }

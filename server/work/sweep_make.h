@@ -1,30 +1,37 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * sweep_make.h - the jobs of a sweep, all of them checked before the first is kept.
+ * sweep_make.h - the jobs of a sweep, checked and made while those before them are being kept. If
+ * one turns out to be none, nothing may be kept.
  *
- * THREADS  Large sweeps are made by two threads, which end before sweep_make returns.
+ * THREADS  Large sweeps are made by two threads of their own, a bounded number of points ahead of
+ *          the one that takes them; they end before sweep_make_free returns, and take no lock but
+ *          those of this file and the calibration.
  */
 #ifndef SWEEP_MAKE_H
 #define SWEEP_MAKE_H
 
 #include "calibration.h"
+#include "store_owners.h"
 #include "store_sweeps.h"
 #include "sweep_json.h"
 
-/* The new points of a sweep, in order. BCD_INVALID with up to BCD_ERRORS_MAX faults, each naming
- * point, values and field, when any point is no job that this server takes. After
- * LIMIT_SWEEP_FAULTY_MAX points with faults the rest is not looked at. Core seconds are those of
- * this machine, as calibrated. */
-struct sweep_made {
-    struct sweep_point_new *points;
-    size_t count;
-};
-enum bcd_status sweep_make(const struct sweep *sweep, struct calibration *calibration,
-                           struct sweep_made *made, struct bcd_errors *errors);
-void sweep_made_fini(struct sweep_made *made);
+struct sweep_make;
 
-/* What makes a sweep the same: SHA-256 of owner, pointers and all jobs in order. */
-bool sweep_made_hash(const struct sweep *sweep, const struct sweep_made *made, const char *owner,
-                     unsigned char hash[JOB_HASH_SIZE]);
+/* Begins with the new points of a sweep, which is borrowed. Small sweeps are made when it returns,
+ * of others the first points. Core seconds are those of this machine, as calibrated. NULL = no
+ * memory. */
+struct sweep_make *sweep_make_create(const struct sweep *sweep, struct calibration *calibration,
+                                     const char *owner);
+void sweep_make_free(struct sweep_make *make);
+
+/* The points in order, to be taken once. It refuses (STORE_CONFLICT) when one cannot be made; its
+ * hash is what makes a sweep the same: SHA-256 of owner, pointers and all jobs in order. */
+const struct sweep_source *sweep_make_source(const struct sweep_make *make);
+
+/* BCD_OK as long as nothing is wrong; else what sweep_faults tells of all points. */
+enum bcd_status sweep_make_check(struct sweep_make *make, struct bcd_errors *errors);
+
+/* What the points that were taken need together. */
+struct quota_need sweep_make_need(const struct sweep_make *make);
 
 #endif

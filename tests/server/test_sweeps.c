@@ -436,6 +436,66 @@ static void roles(void **state)
                      1);
 }
 
+#define LARGE "\"/diameter\":[0.1,0.2%s],\"/seed\":{\"first\":1,\"count\":2700}"
+
+static int submit_large(struct desk *f, const char *more)
+{
+    char body[512];
+    snprintf(body, sizeof(body), SWEEP(LARGE), more);
+    return submit(f, body);
+}
+
+/* What is made by threads while it is kept is in order, and all of it or nothing. */
+static void large_sweeps(void **state)
+{
+    struct desk *f = *state;
+    assert_int_equal(submit_large(f, ",7"), 422);
+    assert_says(f, "(point 5400: /diameter = 7, /seed = 1)");
+    assert_int_equal(ask_sql(f, "SELECT (SELECT count(*) FROM jobs) + (SELECT count(*) FROM sweeps)"
+                                " + (SELECT count(*) FROM sweep_points)"),
+                     0);
+    assert_int_equal(submit_large(f, ""), 202);
+    assert_int_equal(
+        ask_sql(f, "SELECT count(*) FROM sweep_points AS p JOIN jobs AS j ON j.seq = p.job"
+                   " WHERE p.job = p.point + 1"
+                   " AND json_extract(j.job, '$.seed') = p.point % 2700 + 1"
+                   " AND json_extract(j.job, '$.diameter') = (p.point / 2700 + 1) / 10.0"
+                   " AND place = json_array(p.point / 2700, p.point % 2700)"),
+        5400);
+    assert_counted(f);
+    assert_int_equal(ask_sweep(f, "POST", "/extend", "{\"axes\":{\"/diameter\":[0.3,7]}}"), 422);
+    assert_says(f, "(point 8100: /diameter = 7, /seed = 1)");
+    assert_int_equal(ask_sql(f, "SELECT count(*) FROM jobs"), 5400);
+    assert_int_equal(ask_sweep(f, "POST", "/extend", "{\"axes\":{\"/diameter\":[0.3]}}"), 202);
+    assert_int_equal(ask_sql(f, "SELECT count(*) FROM sweep_points WHERE job = point + 1"), 8100);
+    assert_counted(f);
+}
+
+/* The same sweep leaves nothing behind, whatever became of its jobs; nor do faults under a key. */
+static void found_when_made(void **state)
+{
+    struct desk *f = *state;
+    char first[JOB_ID_SIZE];
+    sqlite3 *db;
+    assert_int_equal(submit_large(f, ""), 202);
+    memcpy(first, f->id, sizeof(first));
+    assert_int_equal(STORE_BEGIN(f->service.store, &db), STORE_OK);
+    assert_int_equal(
+        store_end(f->service.store, store_exec(db, "UPDATE jobs SET state = 'cancelled',"
+                                                   " finished_ms = 2 WHERE seq > 2000")),
+        STORE_OK);
+    assert_int_equal(submit_large(f, ""), 200);
+    assert_string_equal(f->id, first);
+    assert_int_equal(ask_sql(f, "SELECT (SELECT count(*) FROM jobs) * 10 +"
+                                " (SELECT count(*) FROM sweeps)"),
+                     54001);
+    assert_counted(f);
+    assert_int_equal(submit_with_key(f, "/v1/sweeps", SWEEP("\"/seed\":[1,2]")), 202);
+    assert_int_equal(submit_with_key(f, "/v1/sweeps", SWEEP("\"/diameter\":[0.5,7]")), 422);
+    assert_says(f, "(point 1: /diameter = 7)");
+    assert_int_equal(ask_sql(f, "SELECT count(*) FROM sweeps"), 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -453,6 +513,8 @@ int main(void)
         DESK_TEST(failed_jobs_again),
         DESK_TEST(keys),
         DESK_TEST(roles),
+        DESK_TEST(large_sweeps),
+        DESK_TEST(found_when_made),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -71,13 +71,16 @@ static void largest_sweep(void **state)
 {
     struct desk *f = *state;
     char path[64];
-    double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    malloc_trim(0);
+    reset_peak();
+    double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID), before = memory("VmRSS");
     assert_int_equal(ask_timed(f, "POST", "/v1/sweeps",
                                "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
                                "\"points\":100},\"/potential/amplitude\":{\"from\":0.1,\"to\":10,"
                                "\"points\":100},\"/seed\":{\"first\":1,\"count\":10}}}"),
                      202);
     assert_true(seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu < 30);
+    print_message("10^5 points: %.1f MB more memory\n", 1e-6 * (memory("VmHWM") - before));
     assert_non_null(strstr(f->reply.body, "\"jobs\":100000,\"states\":{\"queued\":100000,"));
     desk_take_id(f, f->id);
     snprintf(path, sizeof(path), "/v1/sweeps/%s", f->id);
