@@ -33,20 +33,21 @@ size_t json_number_print(char *out, double v)
 }
 
 /* Decimals of few digits, as most numbers of a job are, many times faster: v = m / 10^p with whole
- * m < 10^15 reads back as v, for both are exact and the quotient is rounded once; so it is what
- * %.15g says. 0: not one of them. */
+ * m < 10^15 reads back as v, for both are exact and the quotient is rounded once; and decimals of
+ * 15 digits survive the way through a double, so it is what %.15g says. 0: not one of them. */
 static size_t print_short(char *out, double v)
 {
-    static const double power[] = {1, 10, 100, 1e3, 1e4, 1e5, 1e6};
+    static const double power[] = {1,   10,  100,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                   1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
     enum { PLACES = sizeof(power) / sizeof(power[0]), DIGITS_MAX = 24 };
     double size = fabs(v);
     size_t places = 0;
     if (size < 1e-4 || size >= 1e9)
         return 0;
-    while (places < PLACES && (size * power[places] != rint(size * power[places]) ||
-                               rint(size * power[places]) / power[places] != size))
+    while (places < PLACES && size * power[places] < 1e15 &&
+           rint(size * power[places]) / power[places] != size)
         places++;
-    if (places == PLACES)
+    if (places == PLACES || size * power[places] >= 1e15)
         return 0;
     char digits[DIGITS_MAX];
     size_t first = DIGITS_MAX, length = 0;

@@ -74,6 +74,11 @@ bool sweep_walk_next(struct sweep_walk *walk, size_t *point);
 enum bcd_status sweep_walk_scene(struct sweep_walk *walk, struct bcd_scene_cache *cache,
                                  struct bcd_scene **scene, struct bcd_errors *errors);
 
+/* Do points differ in the seed alone from the ones before them, again and again? Does this one, and
+ * what is its seed: false also where it is no integer. */
+bool sweep_walk_seeds(const struct sweep_walk *walk);
+bool sweep_walk_seed(const struct sweep_walk *walk, int64_t *seed);
+
 /* Its place as JSON, "[0,3]"; its values for people, "/diameter = 0.2, /seed = 3". */
 void sweep_walk_add_place(const struct sweep_walk *walk, struct text *text);
 void sweep_walk_add_values(const struct sweep_walk *walk, struct text *text);

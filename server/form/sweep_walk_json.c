@@ -19,9 +19,13 @@ struct sweep_walk {
     json_t *values[SWEEP_AXES_MAX]; /* of each axis, its own: threads share no reference counts */
     size_t at[SWEEP_AXES_MAX];      /* index into each group's values; SIZE_MAX = not yet there */
     size_t next, end;
+    size_t seed;    /* the axis /seed if it goes fastest and alone; SIZE_MAX = none does */
+    bool only_seed; /* moved from the point before */
 };
 
+static size_t find_seed(const struct sweep *sweep);
 static void go(struct sweep_walk *walk, size_t point);
+static json_t *at_axis(const struct sweep_walk *walk, size_t axis);
 static void put(const struct sweep_slot *slot, json_t *value);
 
 struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, size_t end)
@@ -30,7 +34,8 @@ struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, si
     bool sound = walk != NULL;
     if (!walk)
         return NULL;
-    *walk = (struct sweep_walk){.sweep = sweep, .next = first, .end = end};
+    *walk =
+        (struct sweep_walk){.sweep = sweep, .next = first, .end = end, .seed = find_seed(sweep)};
     walk->job = json_deep_copy(sweep->base);
     for (size_t a = 0; a < sweep->axis_count; a++) {
         walk->values[a] = json_deep_copy(sweep->axes[a].values);
@@ -85,11 +90,33 @@ enum bcd_status sweep_walk_scene(struct sweep_walk *walk, struct bcd_scene_cache
     return scene_json_read(walk->job, cache, scene, errors);
 }
 
+bool sweep_walk_seeds(const struct sweep_walk *walk)
+{
+    return walk->seed != SIZE_MAX;
+}
+
+bool sweep_walk_seed(const struct sweep_walk *walk, int64_t *seed)
+{
+    const json_t *value = walk->seed == SIZE_MAX ? NULL : at_axis(walk, walk->seed);
+    if (!walk->only_seed || !json_is_integer(value))
+        return false;
+    *seed = json_integer_value(value);
+    return true;
+}
+
 void sweep_walk_add_place(const struct sweep_walk *walk, struct text *text)
 {
-    for (size_t g = 0; g < walk->sweep->group_count; g++)
-        text_add(text, "%s%zu", g ? "," : "[", walk->at[g]);
-    text_add(text, "]");
+    enum { DIGITS_MAX = 24 };
+    for (size_t g = 0; g < walk->sweep->group_count; g++) {
+        char digits[DIGITS_MAX];
+        size_t first = DIGITS_MAX, at = walk->at[g];
+        do
+            digits[--first] = (char)('0' + at % 10);
+        while (at /= 10);
+        digits[--first] = g ? ',' : '[';
+        text_add_bytes(text, digits + first, DIGITS_MAX - first);
+    }
+    text_add_bytes(text, "]", 1);
 }
 
 void sweep_walk_add_values(const struct sweep_walk *walk, struct text *text)
@@ -98,6 +125,23 @@ void sweep_walk_add_values(const struct sweep_walk *walk, struct text *text)
         text_add(text, "%s%s = ", a ? ", " : "", walk->sweep->axes[a].pointer);
         sweep_add_value(text, walk->sweep, a, walk->at[walk->sweep->axes[a].group]);
     }
+}
+
+/* The last group is the fastest. */
+static size_t find_seed(const struct sweep *sweep)
+{
+    size_t found = SIZE_MAX;
+    for (size_t a = 0; a < sweep->axis_count; a++)
+        if (sweep->axes[a].group + 1 == sweep->group_count)
+            found = found == SIZE_MAX && strcmp(sweep->axes[a].pointer, "/seed") == 0
+                        ? a
+                        : sweep->axis_count;
+    return found < sweep->axis_count ? found : SIZE_MAX;
+}
+
+static json_t *at_axis(const struct sweep_walk *walk, size_t axis)
+{
+    return json_array_get(walk->values[axis], walk->at[walk->sweep->axes[axis].group]);
 }
 
 /* Puts into the job what differs from the point before. */
@@ -109,12 +153,11 @@ static void go(struct sweep_walk *walk, size_t point)
         size_t at = point % sweep->groups[g].length;
         moved[g] = at != walk->at[g];
         walk->at[g] = at;
+        walk->only_seed = g + 1 == sweep->group_count ? moved[g] : walk->only_seed && !moved[g];
     }
-    for (size_t a = 0; a < sweep->axis_count; a++) {
-        const struct sweep_axis *axis = &sweep->axes[a];
-        if (moved[axis->group])
-            put(&walk->slots[a], json_array_get(walk->values[a], walk->at[axis->group]));
-    }
+    for (size_t a = 0; a < sweep->axis_count; a++)
+        if (moved[sweep->axes[a].group])
+            put(&walk->slots[a], at_axis(walk, a));
 }
 
 static void put(const struct sweep_slot *slot, json_t *value)

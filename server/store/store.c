@@ -6,6 +6,7 @@
  * close() of it elsewhere in the process would drop SQLite's locks.
  */
 #include "store_backup.h"
+#include "store_incoming.h"
 #include "store_internal.h"
 #include "store_segment.h"
 
@@ -172,6 +173,8 @@ static enum store_status open_connection(struct opening *opening, int flags, sql
 
     if (code == SQLITE_OK)
         code = set_up(*db);
+    if (code == SQLITE_OK && (flags & SQLITE_OPEN_READWRITE))
+        code = store_incoming_add(*db);
     if (code == SQLITE_OK)
         store_cache_add(*db);
     return code == SQLITE_OK ? STORE_OK : refuse_sqlite(opening, *db, "open the database");
@@ -370,6 +373,9 @@ enum store_status store_open_schema(struct store **store, const char *dir,
 
     if (!opening.store)
         return store_refuse(&opening.reason, STORE_BROKEN, "out of memory");
+    /* Nobody asks SQLite how much memory it uses; counting takes a lock for every piece. Refused
+     * where SQLite was used before, which does no harm. */
+    sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
     status = make_dir(&opening);
     if (status == STORE_OK)
         status = check_file_system(&opening);

@@ -9,21 +9,31 @@
 #include <string.h>
 #include <sys/random.h>
 
-/* A letter and 80 random bits in base 32: nobody guesses one, and none is made twice. */
-enum store_status store_make_id(char id[JOB_ID_SIZE], char kind)
+enum store_status store_make_ids(char (*ids)[JOB_ID_SIZE], size_t count, char kind)
 {
     static const char digits[] = "abcdefghijklmnopqrstuvwxyz234567";
-    unsigned char bits[16];
+    enum { BITS = 16, AT_ONCE = 16 }; /* the kernel gives 256 bytes whole */
+    unsigned char bits[AT_ONCE * BITS];
 
-    if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits) {
-        log_write(LOG_LEVEL_ERROR, "no_random_bits", LOG_FIELDS(log_integer("errno", errno)));
-        return STORE_BROKEN;
+    for (size_t i = 0; i < count; i++) {
+        const unsigned char *own = bits + i % AT_ONCE * BITS;
+        size_t left = count - i < AT_ONCE ? count - i : AT_ONCE;
+
+        if (i % AT_ONCE == 0 && getrandom(bits, left * BITS, 0) != (ssize_t)(left * BITS)) {
+            log_write(LOG_LEVEL_ERROR, "no_random_bits", LOG_FIELDS(log_integer("errno", errno)));
+            return STORE_BROKEN;
+        }
+        ids[i][0] = kind;
+        for (size_t c = 0; c < BITS; c++)
+            ids[i][c + 1] = digits[own[c] & 31];
+        ids[i][BITS + 1] = '\0';
     }
-    id[0] = kind;
-    for (size_t i = 0; i < sizeof bits; i++)
-        id[i + 1] = digits[bits[i] & 31];
-    id[sizeof bits + 1] = '\0';
     return STORE_OK;
+}
+
+enum store_status store_make_id(char id[JOB_ID_SIZE], char kind)
+{
+    return store_make_ids((char(*)[JOB_ID_SIZE])id, 1, kind);
 }
 
 static const char *owner_of(const struct job_new *job)
@@ -107,24 +117,19 @@ static enum store_status supersede(sqlite3 *db, const struct job_new *job)
     return stmt_run(&row, NULL);
 }
 
-#define INTO                                                                                       \
-    "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived, owner, priority,"      \
-    " label, core_seconds, bytes, forced, alone)"
-#define VALUES                                                                                     \
-    " :id, :hash, 'queued', :now, :chunks, :job, :derived, :owner, :priority, :label,"             \
-    " :core_seconds, :bytes, :forced, :alone"
-
 /* A text that is no JSON would break every filtered list from then on. (SQLite does not trust a
- * CHECK with this function.) Looking is a third of the work. */
-struct stmt store_insert_stmt(sqlite3 *db, bool sound)
+ * CHECK with this function.) */
+static struct stmt insert_stmt(sqlite3 *db)
 {
-    return stmt_init(db, sound ? INTO " VALUES (" VALUES ")"
-                               : INTO " SELECT" VALUES
-                                      " WHERE json_valid(:job) AND json_valid(:derived)");
+    return stmt_init(db, "INSERT INTO jobs (id, hash, state, submitted_ms, chunks, job, derived,"
+                         " owner, priority, label, core_seconds, bytes, forced, alone)"
+                         " SELECT :id, :hash, 'queued', :now, :chunks, :job, :derived,"
+                         " :owner, :priority, :label, :core_seconds, :bytes, :forced, 1"
+                         " WHERE json_valid(:job) AND json_valid(:derived)");
 }
 
-void store_insert_bind(struct stmt *row, const struct job_new *job, const struct ticket *ticket,
-                       const char *id)
+static void insert_bind(struct stmt *row, const struct job_new *job, const struct ticket *ticket,
+                        const char *id)
 {
     stmt_bind_text(row, ":owner", ticket->owner);
     stmt_bind_integer(row, ":priority", ticket->priority);
@@ -152,9 +157,8 @@ static enum store_status insert_row(sqlite3 *db, const struct job_new *job,
 
     if (status)
         return status;
-    row = store_insert_stmt(db, false);
-    store_insert_bind(&row, job, ticket, id);
-    stmt_bind_integer(&row, ":alone", 1);
+    row = insert_stmt(db);
+    insert_bind(&row, job, ticket, id);
     status = stmt_run(&row, &changes);
     if (status == STORE_OK && changes == 0)
         status = store_fault(db, SQLITE_MISMATCH, "a job that is no JSON");
@@ -181,8 +185,7 @@ static enum store_status insert_new(sqlite3 *db, const struct job_new *job,
                                     struct job_record *record)
 {
     const struct quota_need need = {{1, job->core_seconds, job->bytes}};
-    enum store_status status =
-        store_owners_check(db, owner_of(job), &need);
+    enum store_status status = store_owners_check(db, owner_of(job), &need);
 
     if (status == STORE_OK)
         status = insert_row(db, job, record);

@@ -165,13 +165,6 @@ enum store_status stmt_run(struct stmt *stmt, int *changes);
 enum store_status store_jobs_read_one(struct stmt *row, struct job_record *record);
 enum store_status store_jobs_find(sqlite3 *db, const char *id, struct job_record *record);
 
-/* A row of the table jobs, to be run, or run again for the next; :alone is left to the caller. All
- * is borrowed until then. Texts that are not known to be sound JSON are looked at: 0 changes = they
- * are not. */
-struct stmt store_insert_stmt(sqlite3 *db, bool sound);
-void store_insert_bind(struct stmt *row, const struct job_new *job, const struct ticket *ticket,
-                       const char *id);
-
 /* What a job that is finished leaves behind; inside a transaction. */
 enum store_status store_samples_add(sqlite3 *db, const char *id, const struct samples_kept *kept);
 
@@ -213,5 +206,6 @@ int64_t store_now_ms(void);
 
 /* A letter and 80 random bits in base 32: nobody guesses one, and none is made twice. */
 enum store_status store_make_id(char id[JOB_ID_SIZE], char kind);
+enum store_status store_make_ids(char (*ids)[JOB_ID_SIZE], size_t count, char kind);
 
 #endif

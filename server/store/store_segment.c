@@ -111,7 +111,9 @@ static struct gathered_key *find_key(struct gathered *gathered, const char *path
 
 struct gathering {
     struct gathered *gathered;
-    size_t job; /* within the segment */
+    size_t job;         /* within the segment */
+    struct text before; /* what was derived of the one before, */
+    size_t job_before;  /* which is this */
 };
 
 static void gather_value(struct gathering *gathering, struct column *column,
@@ -146,11 +148,36 @@ static void gather(void *context, const char *path, const char *token, size_t le
     memcpy(key->token, token, key->token_length);
 }
 
+/* Of jobs that differ in their seed alone the same is derived: it need not be read again. */
+static void gather_derived(struct gathering *gathering, const char *json, size_t size)
+{
+    struct gathered *gathered = gathering->gathered;
+    struct text *before = &gathering->before;
+
+    if (size == before->size && size > 0 && memcmp(json, before->bytes, size) == 0) {
+        for (size_t i = 0; i < gathered->count; i++)
+            if (strncmp(gathered->key[i].path, "derived.", 8) == 0)
+                gathered->key[i].column->code[gathering->job] =
+                    gathered->key[i].column->code[gathering->job_before];
+    } else {
+        scalar_walk(json, "derived.", gather, gathering);
+        before->size = 0;
+        text_add_bytes(before, json, size);
+    }
+    gathering->job_before = gathering->job;
+    gathered->failed = gathered->failed || before->failed;
+}
+
 /* Columns of a row beside its JSON, with the names that records and filters have for them. */
 static const char *const row_paths[] = {"submitted_at", "started_at", "finished_at",
                                         "owner",        "label",      "priority"};
 #define ROW_COLUMNS "submitted_ms, started_ms, finished_ms, owner, label, priority"
-enum { ROW_PATHS = sizeof row_paths / sizeof row_paths[0], ROW_FIRST = 2 };
+enum {
+    ROW_PATHS = sizeof row_paths / sizeof row_paths[0],
+    ROW_FIRST = 2,
+    JOB_COLUMN = ROW_FIRST + ROW_PATHS,
+    DERIVED_COLUMN,
+};
 
 static void gather_row(struct gathering *gathering, sqlite3_stmt *row)
 {
@@ -184,6 +211,7 @@ enum store_status store_segment_gather(sqlite3 *db, int64_t segment, struct gath
                                        char states[SEGMENT_JOBS])
 {
     bool job = wants(gathered, false), derived = wants(gathered, true);
+    struct gathering gathering = {.gathered = gathered};
     struct stmt row = stmt_init(db, "SELECT seq, state, " ROW_COLUMNS ", job, derived FROM jobs"
                                     " WHERE seq BETWEEN :first AND :last");
 
@@ -191,23 +219,23 @@ enum store_status store_segment_gather(sqlite3 *db, int64_t segment, struct gath
     stmt_bind_integer(&row, ":last", (segment << SEGMENT_BITS) + SEGMENT_JOBS - 1);
     memset(states, '-', SEGMENT_JOBS);
     while (stmt_step(&row)) {
-        struct gathering gathering = {gathered, (size_t)stmt_integer(&row, 0) % SEGMENT_JOBS};
         const char *state = (const char *)sqlite3_column_text(row.handle, 1);
 
+        gathering.job = (size_t)stmt_integer(&row, 0) % SEGMENT_JOBS;
         states[gathering.job] = state ? state[0] : '-';
         gathered->next = 0;
         if (gathered->count == 0 && gathered->closed)
             continue;
         gather_row(&gathering, row.handle);
-        for (int i = 0; i < 2; i++) {
-            const char *json = NULL;
-
-            if (i == 0 ? job : derived)
-                json = (const char *)sqlite3_column_text(row.handle, ROW_FIRST + ROW_PATHS + i);
-            if (json)
-                scalar_walk(json, i == 0 ? "" : "derived.", gather, &gathering);
-        }
+        if (job && !stmt_null(&row, JOB_COLUMN))
+            scalar_walk((const char *)sqlite3_column_text(row.handle, JOB_COLUMN), "", gather,
+                        &gathering);
+        if (derived && !stmt_null(&row, DERIVED_COLUMN))
+            gather_derived(&gathering,
+                           (const char *)sqlite3_column_text(row.handle, DERIVED_COLUMN),
+                           (size_t)sqlite3_column_bytes(row.handle, DERIVED_COLUMN));
     }
+    free(text_take(&gathering.before));
     if (gathered->failed)
         row.status = store_fault(db, SQLITE_NOMEM, "gather scalars");
     return stmt_fini(&row);

@@ -1,189 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * store_sweeps.c - sweeps are kept, extended, tried again, cancelled; see store_sweeps.h. */
-#include "store_segment.h"
+#include "store_sweep_keep.h"
 #include "store_sweeps_internal.h"
 
 #include <string.h>
-
-/* The statements that every point runs. */
-struct keeper {
-    sqlite3 *db;
-    const struct ticket *ticket;
-    int64_t sweep, last; /* the youngest job that was there before */
-    struct stmt find, job, point;
-    int64_t jobs, bytes; /* new ones, and what they are expected to need */
-    double seconds;
-};
-
-/* For 10^5 jobs at once triggers and CHECKs are most of the work. While the keeper lives they rest:
- * what it binds is made by this program, and what triggers on the insertion of jobs keep up to date
- * is done in one go: book. Cannot fail but for our own mistake. */
-static void rest_triggers(sqlite3 *db, bool rest)
-{
-    sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, !rest, (int *)NULL);
-    store_exec(db, rest ? "PRAGMA ignore_check_constraints = ON"
-                        : "PRAGMA ignore_check_constraints = OFF");
-}
-
-static struct keeper keeper_init(sqlite3 *db, int64_t sweep, const struct ticket *ticket)
-{
-    rest_triggers(db, true); /* before they become part of the statements */
-    return (struct keeper){
-        .db = db,
-        .ticket = ticket,
-        .sweep = sweep,
-        .find = stmt_init(db, "SELECT seq FROM jobs WHERE hash = :hash"
-                              " AND state IN ('queued', 'running', 'done') AND superseded = 0"),
-        .job = store_insert_stmt(db, true), /* made by form/, just now or when the job was new */
-        .point = stmt_init(db, "INSERT INTO sweep_points (sweep, point, job, place)"
-                               " VALUES (:sweep, :point, :job, :place)"),
-    };
-}
-
-static enum store_status keeper_fini(struct keeper *keeper, enum store_status status)
-{
-    enum store_status ends[] = {stmt_fini(&keeper->find), stmt_fini(&keeper->job),
-                                stmt_fini(&keeper->point)};
-
-    for (size_t i = 0; i < sizeof ends / sizeof ends[0]; i++)
-        status = status ? status : ends[i];
-    rest_triggers(keeper->db, false);
-    return status;
-}
-
-/* Counters of states, of the owner and of the sweep; first whether the owner may have so much. */
-static enum store_status book(const struct keeper *keeper)
-{
-    static const char *const sql[] = {
-        "UPDATE job_counts SET jobs = jobs + :jobs WHERE state = 'queued'",
-        "INSERT OR IGNORE INTO owners (owner) VALUES (:owner)",
-        "UPDATE owners SET queued = queued + :jobs, waiting_seconds = waiting_seconds + :seconds,"
-        " bytes = bytes + :bytes WHERE owner = :owner",
-        "UPDATE sweep_counts SET points = (SELECT count(*) FROM sweep_points AS p"
-        " JOIN jobs AS j ON j.seq = p.job WHERE p.sweep = :sweep AND j.state = sweep_counts.state)"
-        " WHERE sweep = :sweep",
-    };
-    const struct quota_need need = {{(double)keeper->jobs, keeper->seconds, (double)keeper->bytes}};
-    enum store_status status = store_owners_check(keeper->db, keeper->ticket->owner, &need);
-
-    for (size_t i = 0; i < sizeof sql / sizeof sql[0] && status == STORE_OK; i++) {
-        struct stmt row = stmt_init(keeper->db, sql[i]);
-
-        if (strstr(sql[i], ":jobs"))
-            stmt_bind_integer(&row, ":jobs", keeper->jobs);
-        if (strstr(sql[i], ":owner"))
-            stmt_bind_text(&row, ":owner", keeper->ticket->owner);
-        if (strstr(sql[i], ":seconds"))
-            stmt_bind_number(&row, ":seconds", keeper->seconds);
-        if (strstr(sql[i], ":bytes"))
-            stmt_bind_integer(&row, ":bytes", keeper->bytes);
-        if (strstr(sql[i], ":sweep"))
-            stmt_bind_integer(&row, ":sweep", keeper->sweep);
-        status = stmt_run(&row, NULL);
-    }
-    return status;
-}
-
-/* The job that stands, or a new one of this sweep. */
-static enum store_status keep_job(struct keeper *keeper, const struct job_new *job, int64_t *seq)
-{
-    char id[JOB_ID_SIZE];
-    enum store_status status;
-
-    stmt_bind_blob(&keeper->find, ":hash", job->hash, JOB_HASH_SIZE);
-    *seq = stmt_step(&keeper->find) ? stmt_integer(&keeper->find, 0) : 0;
-    stmt_again(&keeper->find);
-    if (keeper->find.status || *seq > 0)
-        return keeper->find.status;
-    status = store_make_id(id, 'j');
-    if (status)
-        return status;
-    store_insert_bind(&keeper->job, job, keeper->ticket, id);
-    stmt_bind_integer(&keeper->job, ":alone", 0);
-    status = stmt_run_again(&keeper->job, NULL);
-    if (status)
-        return status;
-    *seq = sqlite3_last_insert_rowid(keeper->db);
-    keeper->jobs++;
-    keeper->bytes += (int64_t)job->bytes;
-    keeper->seconds += job->core_seconds;
-    return status;
-}
-
-static enum store_status last_job(sqlite3 *db, int64_t *seq)
-{
-    struct stmt row = stmt_init(db, "SELECT coalesce(max(seq), 0) FROM sqlite_sequence"
-                                    " WHERE name = 'jobs'");
-
-    if (stmt_step(&row))
-        *seq = stmt_integer(&row, 0);
-    return stmt_fini(&row);
-}
-
-/* The sweep's tags for those of its jobs that are younger than `last`. */
-static enum store_status tag_jobs(sqlite3 *db, int64_t sweep, const char *tags, int64_t last)
-{
-    enum store_status status = STORE_OK;
-
-    while (tags && status == STORE_OK) {
-        struct stmt row = stmt_init(db, "INSERT OR IGNORE INTO job_tags (job, tag)"
-                                        " SELECT job, substr(:tags, 1, :length) FROM sweep_points"
-                                        " WHERE sweep = :sweep AND job > :last");
-        size_t length = strcspn(tags, " ");
-
-        stmt_bind_text(&row, ":tags", tags);
-        stmt_bind_integer(&row, ":length", (int64_t)length);
-        stmt_bind_integer(&row, ":sweep", sweep);
-        stmt_bind_integer(&row, ":last", last);
-        status = stmt_run(&row, NULL);
-        tags = tags[length] ? tags + length + 1 : NULL;
-    }
-    return status;
-}
-
-/* What every insertion ends with, after keeper_fini. */
-static enum store_status end_jobs(const struct keeper *keeper)
-{
-    enum store_status status = book(keeper);
-
-    if (status == STORE_OK)
-        status = tag_jobs(keeper->db, keeper->sweep, keeper->ticket->tags, keeper->last);
-    for (int64_t i = 1; i <= keeper->jobs && status == STORE_OK; i++)
-        status = store_segment_inserted(keeper->db, keeper->last + i);
-    return status;
-}
-
-static enum store_status keep_point(struct keeper *keeper, const struct sweep_point_new *point,
-                                    int64_t number)
-{
-    int64_t job;
-    enum store_status status = keep_job(keeper, &point->job, &job);
-
-    if (status)
-        return status;
-    stmt_bind_integer(&keeper->point, ":sweep", keeper->sweep);
-    stmt_bind_integer(&keeper->point, ":point", number);
-    stmt_bind_integer(&keeper->point, ":job", job);
-    stmt_bind_text(&keeper->point, ":place", point->place);
-    return stmt_run_again(&keeper->point, NULL);
-}
-
-/* Points `first` and on, with the jobs that stand or new ones; end_jobs is still to be done. */
-static enum store_status keep_points(struct keeper *keeper, const struct sweep_source *source,
-                                     int64_t first)
-{
-    enum store_status status = last_job(keeper->db, &keeper->last);
-    size_t count = 1;
-
-    while (count > 0 && status == STORE_OK) {
-        const struct sweep_point_new *points = NULL;
-
-        status = source->take(source->state, &points, &count);
-        for (size_t i = 0; i < count && status == STORE_OK; i++)
-            status = keep_point(keeper, &points[i], first++);
-    }
-    return keeper_fini(keeper, status);
-}
 
 /* Points that are not wanted are looked at all the same: for faults, and for the hash. */
 static enum store_status pass_over(const struct sweep_source *source)
@@ -310,8 +130,10 @@ static enum store_status insert(sqlite3 *db, const struct sweep_new *sweep,
     if (status)
         return status;
     seq = sqlite3_last_insert_rowid(db);
-    keeper = keeper_init(db, seq, sweep->ticket);
-    status = keep_points(&keeper, sweep->source, 0);
+    status = keeper_init(&keeper, db, seq, sweep->ticket);
+    if (status == STORE_OK)
+        status = keep_points(&keeper, sweep->source, 0);
+    status = keeper_fini(&keeper, status);
     if (status)
         return status;
     status = find_live(db, sweep, record);
@@ -320,7 +142,7 @@ static enum store_status insert(sqlite3 *db, const struct sweep_new *sweep,
         return status;
     status = set_hash(db, sweep, seq);
     if (status == STORE_OK)
-        status = end_jobs(&keeper);
+        status = keeper_end(&keeper);
     if (status == STORE_OK)
         status = store_sweeps_find(db, NULL, seq, record);
     return status ? status
@@ -378,10 +200,13 @@ enum store_status store_sweeps_insert(struct store *store, const struct sweep_ne
 static enum store_status keep_more(sqlite3 *db, const struct sweep_record *sweep,
                                    const struct sweep_source *source)
 {
-    struct keeper keeper = keeper_init(db, sweep->seq, &sweep->ticket);
-    enum store_status status = keep_points(&keeper, source, sweep->points);
+    struct keeper keeper;
+    enum store_status status = keeper_init(&keeper, db, sweep->seq, &sweep->ticket);
 
-    return status ? status : end_jobs(&keeper);
+    if (status == STORE_OK)
+        status = keep_points(&keeper, source, sweep->points);
+    status = keeper_fini(&keeper, status);
+    return status ? status : keeper_end(&keeper);
 }
 
 static enum store_status grow(sqlite3 *db, int64_t seq, const struct sweep_extension *more)
@@ -417,8 +242,8 @@ enum store_status store_sweeps_extend(struct store *store, const char *id,
     if (status == STORE_OK)
         status = store_sweeps_find(db, id, 0, &grown);
     if (status == STORE_OK)
-        status = store_sweeps_audit(db, more->by, "sweep.extend", &grown,
-                                    (int64_t)more->source->count);
+        status =
+            store_sweeps_audit(db, more->by, "sweep.extend", &grown, (int64_t)more->source->count);
     status = store_end(store, status);
     sweep_record_fini(&found);
     if (status)
@@ -496,14 +321,14 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
     if (status == STORE_OK)
         status = failed_jobs(db, found.seq, &jobs, &failed);
     if (status == STORE_OK) {
-        struct keeper keeper = keeper_init(db, found.seq, &found.ticket);
+        struct keeper keeper;
 
-        status = last_job(db, &keeper.last);
+        status = keeper_init(&keeper, db, found.seq, &found.ticket);
         for (size_t i = 0; i < failed && status == STORE_OK; i++)
             status = replace_job(&keeper, jobs[i]);
         status = keeper_fini(&keeper, status);
         if (status == STORE_OK)
-            status = end_jobs(&keeper);
+            status = keeper_end(&keeper);
     }
     if (status == STORE_OK && failed > 0)
         status = store_sweeps_audit(db, by, "sweep.retry", &found, found.counts[JOB_FAILED]);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "sweep_make.h"
 #include "job_admit.h"
+#include "job_seeds.h"
 #include "sweep_faults.h"
 
 #include <pthread.h>
@@ -21,13 +22,14 @@ struct builder {
     struct sweep_make *make;
     struct sweep_walk *walk;
     struct bcd_scene_cache *cache;
+    struct job_seeds *seeds; /* of the last point made from its scene; NULL = not wanted */
     pthread_t thread;
     bool running;
 };
 
 /* THREADS  `mutex` guards claimed, taken (which the taker alone changes), stop, status, and of each
- *          batch number and ready. Need and hash are the taker's, walk and cache a builder's own.
- *          The rest does not change. */
+ *          batch number and ready. Need and hash are the taker's, walk, cache and seeds a builder's
+ * own. The rest does not change. */
 struct sweep_make {
     const struct sweep *sweep;
     struct calibration *calibration;
@@ -51,6 +53,7 @@ static bool await(struct sweep_make *make);
 static void *build(void *builder);
 static void build_batch(struct builder *builder, size_t number);
 static enum bcd_status make_point(struct builder *builder, struct sweep_point_new *point);
+static enum bcd_status make_job(struct builder *builder, struct job_new *job);
 static void batch_clear(struct batch *batch);
 
 struct sweep_make *sweep_make_create(const struct sweep *sweep, struct calibration *calibration,
@@ -94,6 +97,7 @@ void sweep_make_free(struct sweep_make *make)
     for (size_t i = 0; i < BUILDERS; i++) {
         if (make->builders[i].running)
             pthread_join(make->builders[i].thread, NULL);
+        job_seeds_free(make->builders[i].seeds);
         sweep_walk_free(make->builders[i].walk);
         bcd_scene_cache_free(make->builders[i].cache);
     }
@@ -241,22 +245,44 @@ static void build_batch(struct builder *builder, size_t number)
 
 static enum bcd_status make_point(struct builder *builder, struct sweep_point_new *point)
 {
+    struct text place = {0};
+    int64_t seed;
+    bool alike = builder->seeds && sweep_walk_seed(builder->walk, &seed) &&
+                 job_seeds_fit(builder->seeds, seed);
+    enum bcd_status status = BCD_OK;
+    if (!alike)
+        status = make_job(builder, &point->job);
+    else if (!job_seeds_fill(builder->seeds, seed, &point->job))
+        status = BCD_NO_MEMORY;
+    if (status != BCD_OK)
+        return status;
+    sweep_walk_add_place(builder->walk, &place);
+    point->place = text_take(&place);
+    if (point->place)
+        return BCD_OK;
+    free((char *)point->job.job);
+    free((char *)point->job.derived);
+    return BCD_NO_MEMORY;
+}
+
+/* From the scene, and remembers it where the next points have other seeds and nothing more. */
+static enum bcd_status make_job(struct builder *builder, struct job_new *job)
+{
     struct bcd_errors faults = {.count = 0};
     struct bcd_estimate estimate;
     struct bcd_scene *scene = NULL;
-    struct text place = {0};
+    job_seeds_free(builder->seeds);
+    builder->seeds = NULL;
     enum bcd_status status =
         sweep_faults_point(builder->walk, builder->cache, &scene, &estimate, &faults);
     if (status != BCD_OK)
         goto cleanup;
     estimate.core_seconds *=
         calibration_factor(builder->make->calibration, calibration_method(scene), NULL);
-    sweep_walk_add_place(builder->walk, &place);
-    point->place = text_take(&place);
-    if (!point->place || !job_admit_fill(scene, &estimate, &point->job)) {
-        free((char *)point->place);
+    if (!job_admit_fill(scene, &estimate, job))
         status = BCD_NO_MEMORY;
-    }
+    else if (sweep_walk_seeds(builder->walk))
+        builder->seeds = job_seeds_create(scene, job);
 cleanup:
     bcd_scene_free(scene);
     return status;

@@ -35,14 +35,19 @@ static int submit(struct desk *f, const char *body)
     return status;
 }
 
-/* Jobs of a list. */
-static size_t count_jobs(struct desk *f, const char *name, const char *value)
+static int ask_list(struct desk *f, const char *name, const char *value)
 {
     const struct request_query query = {name, value};
     const struct request request = {
         .method = "GET", .path = "/v1/jobs", .body = "", .query = &query, .query_count = 1};
+    return desk_send(f, &request);
+}
+
+/* Jobs of a list. */
+static size_t count_jobs(struct desk *f, const char *name, const char *value)
+{
     size_t count = 0;
-    assert_int_equal(desk_send(f, &request), 200);
+    assert_int_equal(ask_list(f, name, value), 200);
     for (const char *c = f->reply.body; (c = strstr(c, "{\"id\":\"j")); c++)
         count++;
     return count;
@@ -92,6 +97,8 @@ static void what_rested_wakes_up(void **state)
                      SQLITE_CONSTRAINT_CHECK);
     assert_int_equal(sqlite3_exec(db, "UPDATE jobs SET state = 'done'", NULL, NULL, NULL),
                      SQLITE_CONSTRAINT_TRIGGER);
+    assert_int_equal(sqlite3_exec(db, "UPDATE sweep_points SET job = 99", NULL, NULL, NULL),
+                     SQLITE_CONSTRAINT_FOREIGNKEY);
     assert_int_equal(store_end(f->service.store, STORE_CONFLICT), STORE_CONFLICT);
 }
 
@@ -135,7 +142,7 @@ static void submitted_and_found_again(void **state)
     assert_int_equal(ask(f, "GET", "/v1/sweeps/snix", NULL), 404);
     assert_int_equal(count_jobs(f, "sweep", first), 6);
     assert_int_equal(count_jobs(f, "sweep", f->id), 2);
-    assert_int_equal(count_jobs(f, "sweep", "snix"), 0);
+    assert_int_equal(ask_list(f, "sweep", "snix"), 400);
 }
 
 static void labels_and_tags_of_base_and_sweep(void **state)
@@ -496,6 +503,54 @@ static void found_when_made(void **state)
     assert_int_equal(ask_sql(f, "SELECT count(*) FROM sweeps"), 2);
 }
 
+static void post_anew(struct desk *f, const char *job)
+{
+    static const struct request_query force = {"force", "true"};
+    const struct request request = {.method = "POST",
+                                    .path = "/v1/jobs",
+                                    .content_type = "application/json",
+                                    .body = job,
+                                    .body_size = strlen(job),
+                                    .query = &force,
+                                    .query_count = 1};
+    assert_int_equal(desk_send(f, &request), 202);
+}
+
+/* Points that are made from the one before are what a job of their own would be. */
+static void alike_but_for_the_seed(void **state)
+{
+    struct desk *f = *state;
+    enum { JOBS = 10 };
+    char *jobs[JOBS];
+    assert_int_equal(submit(f, "{\"base\":{\"particles\":5,\"length\":10,\"time\":1,"
+                               "\"observables\":{\"msd\":{}},\"potential\":{\"type\":"
+                               "\"expression\",\"period\":1,\"energy\":\"sin(2*pi*x)\"}},"
+                               "\"axes\":{\"/diameter\":[0.1,0.3],"
+                               "\"/seed\":[5,0,9007199254740992,8.0,77]}}"),
+                     202);
+    sqlite3 *db = store_read_begin(f->service.store);
+    struct stmt row = stmt_init(db, "SELECT job FROM jobs ORDER BY seq");
+    for (size_t i = 0; i < JOBS; i++) {
+        assert_true(stmt_step(&row));
+        jobs[i] = stmt_text(&row, 0);
+    }
+    assert_int_equal(stmt_fini(&row), STORE_OK);
+    store_read_end(f->service.store, db);
+    for (size_t i = 0; i < JOBS; i++) {
+        post_anew(f, jobs[i]);
+        free(jobs[i]);
+    }
+    assert_int_equal(ask_sql(f,
+                             "SELECT count(*) FROM jobs AS a JOIN jobs AS b ON b.seq = a.seq + 10"
+                             " WHERE a.hash = b.hash AND a.job = b.job AND a.derived = b.derived"
+                             " AND a.chunks = b.chunks AND a.core_seconds = b.core_seconds"
+                             " AND a.bytes = b.bytes AND a.superseded = 1"),
+                     JOBS);
+    assert_int_equal(submit(f, SWEEP("\"/diameter\":[0.1,0.2],\"/seed\":[3,-1]")), 422);
+    assert_says(f, "\"pointer\":\"/seed\"");
+    assert_says(f, "(point 1: /diameter = 0.1, /seed = -1)");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -515,6 +570,7 @@ int main(void)
         DESK_TEST(roles),
         DESK_TEST(large_sweeps),
         DESK_TEST(found_when_made),
+        DESK_TEST(alike_but_for_the_seed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
