@@ -16,13 +16,18 @@ enum {
     LIMIT_SWEEP_POINTS_MAX = 100000,       /* of a sweep, extensions included */
     LIMIT_SWEEP_POINTER_BYTES_MAX = 63,    /* of an axis */
     LIMIT_SWEEP_FAULTY_MAX = 1000,         /* points with faults before the rest is not looked at */
-    LIMIT_CONNECTIONS_MAX = 2000,
+    LIMIT_CONNECTIONS_MAX = 3000,
+    LIMIT_CONNECTIONS_CROWDED = 1800,      /* from here on idle ones are ended, the oldest first, */
+    LIMIT_CONNECTIONS_KEPT = 1500,         /* until so many are left */
+    LIMIT_CROWDED_IDLE_MS = 500,           /* then idle, slow or stalled for so long is too long */
     LIMIT_HTTP_THREADS = 4,
     LIMIT_HEADER_BYTES_MAX = 32 << 10,     /* request line and headers of one request */
     LIMIT_QUERY_MAX = 32,                  /* parameters after the "?" */
     LIMIT_BODIES_BYTES_MAX = 64 << 20,     /* bodies of all requests in progress together */
+    LIMIT_ANSWERS_BYTES_MAX = 256 << 20,   /* bodies of all answers on their way together */
+    LIMIT_SEND_BUFFER_BYTES = 256 << 10,   /* of a connection, in the system */
     LIMIT_ANSWER_AGE_MS_MAX = 600000,      /* from the request's last byte to the answer's */
-    LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of a streamed answer */
+    LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of its answer */
     LIMIT_STREAMS_MAX = 500,               /* open event streams */
     LIMIT_HOLDS_MAX = 1000,                /* requests that wait for something to happen */
     LIMIT_WAIT_SECONDS_MAX = 60,           /* ?wait= */

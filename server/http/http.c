@@ -22,7 +22,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { DRAIN_POLL_MS = 5 };
+enum { DRAIN_POLL_MS = 5, FORGOTTEN_MS = 1000, LOG_LINES_MAX = 10 /* a second */ };
 
 static struct MHD_Daemon *start_daemon(struct http *http);
 static void on_log(void *context, const char *format, va_list args);
@@ -34,6 +34,7 @@ static enum MHD_Result on_access(void *context, struct MHD_Connection *connectio
                                  size_t *upload_size, void **request_context);
 static void on_completed(void *context, struct MHD_Connection *connection, void **request_context,
                          enum MHD_RequestTerminationCode code);
+static size_t count_of(const char *text, char c);
 static void end_exchange(struct http *http, struct connection *c);
 static size_t keep_escapes(void *context, struct MHD_Connection *connection, char *text);
 static bool handle(struct http *http, struct connection *c);
@@ -146,10 +147,21 @@ static struct MHD_Daemon *start_daemon(struct http *http)
     /* clang-format on */
 }
 
+/* Its words on what clients do wrong, as far as they do not fill the log. */
 static void on_log(void *context, const char *format, va_list args)
 {
-    (void)context;
+    struct http *http = context;
     char text[256];
+    int64_t now_ms = http_clock_ms(), since_ms = atomic_load(&http->told_ms);
+    if (now_ms >= since_ms + 1000 &&
+        atomic_compare_exchange_strong(&http->told_ms, &since_ms, now_ms)) {
+        size_t untold = atomic_exchange(&http->told, 0);
+        if (untold > LOG_LINES_MAX)
+            log_write(LOG_LEVEL_WARNING, "http_library",
+                      LOG_FIELDS(log_integer("untold", (int64_t)(untold - LOG_LINES_MAX))));
+    }
+    if (atomic_fetch_add(&http->told, 1) >= LOG_LINES_MAX)
+        return;
     vsnprintf(text, sizeof(text), format, args);
     text[strcspn(text, "\n")] = '\0';
     log_write(LOG_LEVEL_WARNING, "http_library", LOG_FIELDS(log_text("text", text)));
@@ -166,14 +178,10 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
             return;
         c->handle = connection;
         c->fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-        c->deadline_ms = http_clock_ms() + http->options.request_age_ms;
+        c->phase_ms = http_clock_ms();
+        c->deadline_ms = c->phase_ms + http->options.request_age_ms;
         pthread_mutex_lock(&http->mutex);
-        c->next = http->connections;
-        if (c->next)
-            c->next->previous = c;
-        http->connections = c;
-        if (!c->next)
-            pthread_cond_signal(&http->wake_reaper); /* it may sleep for good */
+        http_crowd_add(http, c);
         pthread_mutex_unlock(&http->mutex);
         return;
     }
@@ -181,12 +189,7 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
     if (!c)
         return;
     pthread_mutex_lock(&http->mutex);
-    if (c->next)
-        c->next->previous = c->previous;
-    if (c->previous)
-        c->previous->next = c->next;
-    else
-        http->connections = c->next;
+    http_crowd_remove(http, c);
     pthread_mutex_unlock(&http->mutex);
     end_exchange(http, c);
     free(c);
@@ -195,7 +198,9 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
 
 /* The request line is there: a request begins, and this becomes its context. NULL (no memory) makes
  * on_access hang up. The library does not tell us of the end of a request whose line or headers it
- * could not hold: the connection keeps its exchange, and takes it along. */
+ * could not hold: the connection keeps its exchange, and takes it along. With so many parameters
+ * that it lacks memory for an answer it forgets the request: such ones, refused in any case, have
+ * little time. */
 static void *on_uri(void *context, const char *uri, struct MHD_Connection *connection)
 {
     struct http *http = context;
@@ -217,7 +222,17 @@ static void *on_uri(void *context, const char *uri, struct MHD_Connection *conne
     exchange->query = strchr(exchange->uri, '?');
     if (exchange->query)
         *exchange->query++ = '\0';
+    if (count_of(exchange->query, '&') >= LIMIT_QUERY_MAX)
+        http_set_phase(http, connection, PHASE_RECEIVING, FORGOTTEN_MS);
     return exchange;
+}
+
+static size_t count_of(const char *text, char c)
+{
+    size_t count = 0;
+    while (text && (text = strchr(text, c)))
+        count++, text++;
+    return count;
 }
 
 /* Called once when the headers are there, then for every piece of the body, then once more. An
@@ -283,6 +298,7 @@ static void end_exchange(struct http *http, struct connection *c)
         return;
     http_receive_drop(http, exchange);
     let_go(http, exchange);
+    atomic_fetch_sub(&http->answers_bytes, exchange->answer_held);
     reply_fini(&exchange->reply);
     free(exchange->uri);
     free(exchange);
@@ -404,8 +420,11 @@ void http_set_phase(struct http *http, struct MHD_Connection *connection, enum p
     if (!c)
         return;
     pthread_mutex_lock(&http->mutex);
+    if (c->deadline_ms != INT64_MAX) /* else it is being ended */
+        c->deadline_ms = http_clock_ms() + allowed_ms;
     c->phase = phase;
-    c->deadline_ms = http_clock_ms() + allowed_ms;
+    c->phase_ms = http_clock_ms();
+    c->stalled_ms = 0;
     pthread_mutex_unlock(&http->mutex);
 }
 

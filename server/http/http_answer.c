@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
+static void hold_answer(struct http *http, struct exchange *exchange);
 static struct MHD_Response *make_response(struct http *http, struct connection *c);
 static struct MHD_Response *make_head(struct reply *reply);
 static enum MHD_Result add_headers(const struct http *http, const struct exchange *exchange,
@@ -26,6 +27,7 @@ enum MHD_Result http_answer(struct http *http, struct connection *c)
         reply_problem(reply, PROBLEM_BUSY, "%d event streams are open already (LIMIT_STREAMS_MAX)",
                       LIMIT_STREAMS_MAX);
     }
+    hold_answer(http, exchange);
     exchange->answer_bytes = head ? 0 : reply->body_size;
     struct MHD_Response *response =
         head && reply->stream.read ? make_head(reply) : make_response(http, c);
@@ -38,6 +40,23 @@ enum MHD_Result http_answer(struct http *http, struct connection *c)
     MHD_destroy_response(response);
     exchange->answered = true;
     return sound;
+}
+
+/* Who reads answers slowly, or not at all, has them kept here: all together within bounds. The only
+ * one may be as long as it likes. */
+static void hold_answer(struct http *http, struct exchange *exchange)
+{
+    struct reply *reply = &exchange->reply;
+    size_t size = reply->body_size;
+    size_t others = atomic_fetch_add(&http->answers_bytes, size);
+    if (others > 0 && others + size > LIMIT_ANSWERS_BYTES_MAX) {
+        atomic_fetch_sub(&http->answers_bytes, size);
+        reply_problem(reply, PROBLEM_BUSY,
+                      "%zu bytes of answers wait to be taken already (LIMIT_ANSWERS_BYTES_MAX)",
+                      others);
+        size = 0;
+    }
+    exchange->answer_held = size;
 }
 
 /* Takes body or stream out of the reply; NULL = no memory. */
@@ -112,10 +131,12 @@ static enum MHD_Result add_headers(const struct http *http, const struct exchang
         {MHD_HTTP_HEADER_VARY, reply->encoding ? "Accept-Encoding" : NULL},
         /* 304: that of the answer it stands for goes on to hold */
         {"Content-Security-Policy", reply->status == 304 ? NULL : policy(reply->content_type)},
+        {"Cross-Origin-Opener-Policy", "same-origin"},
         {"Cross-Origin-Resource-Policy", "same-origin"},
         {"Referrer-Policy", "no-referrer"},
         {"X-Accel-Buffering", reply->live ? "no" : NULL},
         {"X-Content-Type-Options", "nosniff"},
+        {"X-Frame-Options", "DENY"},
         {"X-Request-Id", exchange->id},
     };
     enum MHD_Result sound = MHD_YES;

@@ -46,6 +46,26 @@ bool http_guard_host(const char *host, const char *listen_address, const char *c
            (loopback && (strcasecmp(address, "localhost") == 0 || http_guard_loopback(address)));
 }
 
+const char *http_guard_target(char *target, char **host)
+{
+    *host = NULL;
+    if (target[0] == '/')
+        return NULL;
+    size_t scheme = strncasecmp(target, "http://", 7) == 0    ? 7
+                    : strncasecmp(target, "https://", 8) == 0 ? 8
+                                                              : 0;
+    if (scheme == 0)
+        return "what is asked for must be a path that begins with a slash";
+    size_t length = strcspn(target + scheme, "/");
+    const char *rest = target + scheme + length;
+    *host = strndup(target + scheme, length);
+    if (!*host)
+        return "out of memory";
+    memmove(target + 1, rest + (*rest == '/'), strlen(rest + (*rest == '/')) + 1);
+    target[0] = '/';
+    return NULL;
+}
+
 bool http_guard_origin(const char *origin, const char *host)
 {
     const char *rest = strstr(origin, "://");

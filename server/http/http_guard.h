@@ -20,6 +20,11 @@ bool http_guard_loopback(const char *address);
  * none. Any port will do, for tunnels. */
 bool http_guard_host(const char *host, const char *listen_address, const char *const *names);
 
+/* Takes "http://HOST" from the beginning of what a request asks for, as proxies are asked (RFC
+ * 9112, 3.2.2). NULL, and the path is left, which begins with a slash; else in words why it is no
+ * path. *host is HOST, NULL when there was none: to be freed. */
+const char *http_guard_target(char *target, char **host);
+
 /* Whether a page from `origin` (Origin header) may change things here: only pages of this server.
  */
 bool http_guard_origin(const char *origin, const char *host);

@@ -42,14 +42,24 @@ struct connection {
     struct MHD_Connection *handle;
     int fd;
     enum phase phase;
-    bool hung_up; /* the other end had, when the reaper came by */
+    int64_t phase_ms; /* since when */
     int64_t deadline_ms;
+    size_t thread;      /* of http->threads */
+    bool hung_up;       /* the other end had, when the reaper came by */
+    uint64_t acked;     /* bytes that the other end has, as far as known when the reaper came by */
+    int64_t stalled_ms; /* since when it takes nothing of its answer; 0 = it does */
     struct exchange *exchange; /* in progress; of the thread that serves the connection */
     enum rest rest;
     bool (*ready)(void *state); /* while it rests */
     void *ready_state;
     int64_t rest_until_ms, resume_ms; /* when it is due anyway; when it is looked after */
     enum woken woken;                 /* why it was resumed */
+};
+
+/* A thread of the library, which takes no more than its share of connections. */
+struct http_thread {
+    pthread_t id;
+    size_t connections; /* that are not being ended */
 };
 
 struct http {
@@ -59,15 +69,22 @@ struct http {
     int listen_fd;
     struct MHD_Daemon *daemon;
     atomic_bool stopping;
-    atomic_size_t body_bytes; /* held by all exchanges together */
+    atomic_size_t body_bytes;    /* held by all exchanges together */
+    atomic_size_t answers_bytes; /* likewise, of answers on their way */
     atomic_size_t streams, holds;
     atomic_uint_least64_t next_id;
+    atomic_int_least64_t told_ms; /* of the library's words: a second of the log, */
+    atomic_size_t told;           /* and how many there were in it */
     uint64_t id_base;
     pthread_mutex_t mutex;
     pthread_cond_t wake_reaper;
     pthread_t reaper;
     bool reaper_stop;
     struct connection *connections;
+    struct http_thread threads[LIMIT_HTTP_THREADS];
+    size_t thread_count;
+    size_t open;         /* connections of all threads that are not being ended */
+    bool crowded;        /* a thread has hardly room for more connections */
     size_t resting;      /* of them: suspended */
     atomic_ulong pulses; /* since the start */
     bool pulsed;         /* the reaper has not seen all of them */
@@ -94,6 +111,7 @@ struct exchange {
     struct reply reply;
     int64_t began_us;
     uint64_t answer_bytes;
+    size_t answer_held; /* and counted in http->answers_bytes */
     bool answered;
 };
 
@@ -105,10 +123,28 @@ struct connection *http_connection(struct MHD_Connection *connection);
 int64_t http_clock_ms(void);
 int64_t http_clock_us(void);
 
+/* What every answer that does not come from the library has; and no body. */
+#define HTTP_REAP_HEADERS                                                                          \
+    "Connection: close\r\nContent-Length: 0\r\nCache-Control: no-store\r\n"                        \
+    "Content-Security-Policy: default-src 'none'; frame-ancestors 'none'\r\n"                      \
+    "Cross-Origin-Opener-Policy: same-origin\r\nCross-Origin-Resource-Policy: same-origin\r\n"     \
+    "Referrer-Policy: no-referrer\r\nX-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY\r\n"
+
 /* http_reap.c: the thread that ends late connections; `context` is the struct http. */
 void *http_reap(void *context);
 /* Connections with a request in progress. */
 size_t http_reap_busy(struct http *http);
+/* Ends one, in `words` to a client that is in the middle of a request (NULL = without any). Mutex
+ * held. */
+void http_reap_end(struct http *http, struct connection *c, const char *words);
+
+/* http_crowd.c: a connection begins, or is gone. Mutex held. */
+void http_crowd_add(struct http *http, struct connection *c);
+void http_crowd_remove(struct http *http, struct connection *c);
+/* It is being ended: it does not count any more. Mutex held. */
+void http_crowd_leave(struct http *http, struct connection *c);
+/* Makes room where a thread has too many. Mutex held, by the reaper. */
+void http_crowd_thin(struct http *http, int64_t now_ms);
 
 /* http_rest.c: lets a connection rest until `ready`, or `until_ms`. Called from the library's
  * thread that serves it, which then has nothing to answer yet; `pulses` is http->pulses from before

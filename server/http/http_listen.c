@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "http_listen.h"
+#include "limits.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -30,6 +31,10 @@ int http_listen(const char *host, uint16_t port, uint16_t *bound)
         return -1;
     int yes = 1; /* a restart need not wait for old connections to be forgotten */
     setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    /* Connections inherit it. Otherwise it grows to megabytes for each client that does not read.
+     */
+    int room = LIMIT_SEND_BUFFER_BYTES;
+    setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &room, sizeof(room));
     if (bind(fd, &address.any, length) == 0 && listen(fd, SOMAXCONN) == 0 &&
         getsockname(fd, &address.any, &length) == 0) {
         *bound =

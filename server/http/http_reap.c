@@ -7,30 +7,36 @@
 #include "http_internal.h"
 #include "log.h"
 
+#include <linux/tcp.h> /* the C library's own struct tcp_info ends too early */
+#include <string.h>
 #include <sys/socket.h>
 #include <time.h>
 
 enum {
     REAP_MS = 500,
-    LOOK_MS = 200, /* resting connections are asked whether they are ready, without a pulse */
-    PULSE_MS = 10, /* and at most this often with one */
+    CROWD_MS = 100, /* in a crowd */
+    LOOK_MS = 200,  /* resting connections are asked whether they are ready, without a pulse */
+    PULSE_MS = 10,  /* and at most this often with one */
 };
 
 static void wait_until(struct http *http, int64_t wake_ms);
 static void reap_late(struct http *http, int64_t now_ms);
-static void end_late(struct http *http, struct connection *c, bool hung_up);
+static void tell(const char *event, size_t count);
+static void look_whether_stalled(struct connection *c, int64_t now_ms);
 static bool has_hung_up(const struct connection *c);
 
 void *http_reap(void *context)
 {
     struct http *http = context;
-    int64_t reap_ms = 0, look_ms = 0, pulse_ms = 0;
+    int64_t reap_ms = 0, crowd_ms = 0, look_ms = 0, pulse_ms = 0;
     pthread_mutex_lock(&http->mutex);
     while (!http->reaper_stop) {
         int64_t now_ms = http_clock_ms();
-        if (now_ms >= reap_ms) {
+        if (now_ms >= reap_ms || (http->crowded && now_ms >= crowd_ms)) {
             reap_late(http, now_ms);
+            http_crowd_thin(http, now_ms);
             reap_ms = now_ms + REAP_MS;
+            crowd_ms = now_ms + CROWD_MS;
         }
         if (now_ms >= look_ms || (http->pulsed && now_ms >= pulse_ms)) {
             http->pulsed = false;
@@ -38,7 +44,7 @@ void *http_reap(void *context)
             look_ms = now_ms + LOOK_MS;
             pulse_ms = now_ms + PULSE_MS;
         }
-        int64_t wake_ms = http->connections ? reap_ms : INT64_MAX;
+        int64_t wake_ms = !http->connections ? INT64_MAX : http->crowded ? crowd_ms : reap_ms;
         if (http->resting > 0 && look_ms < wake_ms)
             wake_ms = look_ms;
         if (http->resting > 0 && http->pulsed && pulse_ms < wake_ms)
@@ -74,31 +80,61 @@ size_t http_reap_busy(struct http *http)
  * sure, for a request may end with the connection and be on its way to the handler. */
 static void reap_late(struct http *http, int64_t now_ms)
 {
+    static const char late[] = "HTTP/1.1 408 Request Timeout\r\n" HTTP_REAP_HEADERS "\r\n";
+    size_t left = 0, old = 0, stalled = 0;
     for (struct connection *c = http->connections; c; c = c->next) {
         if (c->deadline_ms == INT64_MAX) /* done with */
             continue;
         bool hung_up = has_hung_up(c), seen = c->hung_up;
         c->hung_up = hung_up;
-        if (now_ms >= c->deadline_ms || (hung_up && seen))
-            end_late(http, c, hung_up);
+        look_whether_stalled(c, now_ms);
+        bool stuck = c->stalled_ms > 0 && now_ms >= c->stalled_ms + http->options.stream_stall_ms;
+        if (now_ms < c->deadline_ms && !(hung_up && seen) && !stuck)
+            continue;
+        if (c->rest != REST_SUSPENDED) { /* else the line of its request tells */
+            left += hung_up;
+            stalled += !hung_up && c->phase == PHASE_ANSWERING;
+            old += !hung_up && c->phase != PHASE_ANSWERING;
+        }
+        http_reap_end(http, c, late);
     }
+    tell("connection_left", left);
+    tell("connection_too_old", old);
+    tell("connection_stalled", stalled);
 }
 
-static void end_late(struct http *http, struct connection *c, bool hung_up)
+/* One line for all of them: a thousand clients do not fill the log. */
+static void tell(const char *event, size_t count)
 {
-    static const char late[] = "HTTP/1.1 408 Request Timeout\r\nConnection: close\r\n"
-                               "Content-Length: 0\r\n\r\n";
+    if (count > 0)
+        log_write(LOG_LEVEL_WARNING, event, LOG_FIELDS(log_integer("count", (int64_t)count)));
+}
+
+void http_reap_end(struct http *http, struct connection *c, const char *words)
+{
     /* While a request is coming in, the library sends nothing that this could mix with. */
-    if (c->phase == PHASE_RECEIVING)
-        (void)!send(c->fd, late, sizeof(late) - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (c->phase == PHASE_RECEIVING && words)
+        (void)!send(c->fd, words, strlen(words), MSG_DONTWAIT | MSG_NOSIGNAL);
     c->deadline_ms = INT64_MAX;
+    http_crowd_leave(http, c);
     shutdown(c->fd, SHUT_RDWR);
-    if (c->rest == REST_SUSPENDED) {
-        http_rest_drop(http, c); /* nothing special: the line of its request tells */
-        return;
-    }
-    log_write(LOG_LEVEL_WARNING, hung_up ? "connection_left" : "connection_too_old",
-              LOG_FIELDS(log_integer("phase", c->phase)));
+    if (c->rest == REST_SUSPENDED)
+        http_rest_drop(http, c);
+}
+
+/* Bytes wait for the other end, and it has taken none since the last look. */
+static void look_whether_stalled(struct connection *c, int64_t now_ms)
+{
+    struct tcp_info info = {0};
+    socklen_t size = sizeof(info);
+    bool waits = c->phase == PHASE_ANSWERING && c->rest == REST_NOT &&
+                 getsockopt(c->fd, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 &&
+                 (info.tcpi_unacked > 0 || info.tcpi_notsent_bytes > 0);
+    if (!waits || info.tcpi_bytes_acked != c->acked)
+        c->stalled_ms = 0;
+    else if (c->stalled_ms == 0)
+        c->stalled_ms = now_ms;
+    c->acked = info.tcpi_bytes_acked;
 }
 
 /* Nothing more will come of a request that is not complete, nor be taken of an answer that waits:

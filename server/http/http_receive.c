@@ -32,9 +32,16 @@ void http_receive_id(struct http *http, struct MHD_Connection *connection,
 }
 
 struct headers {
-    int lengths, encodings, hosts, blanks;
+    int lengths, encodings, hosts, blanks, folded;
     const char *length, *encoding, *host, *origin;
 };
+
+/* A header that goes on in the next line: the library appends that to the name. */
+static bool is_longer(const char *key, const char *name)
+{
+    size_t length = strlen(name);
+    return strncasecmp(key, name, length) == 0 && key[length] != '\0';
+}
 
 static enum MHD_Result note_header(void *context, enum MHD_ValueKind kind, const char *key,
                                    const char *value)
@@ -42,6 +49,7 @@ static enum MHD_Result note_header(void *context, enum MHD_ValueKind kind, const
     struct headers *headers = context;
     (void)kind;
     headers->blanks += key[strcspn(key, " \t")] != '\0'; /* "Transfer-Encoding :" */
+    headers->folded += is_longer(key, "Content-Length") || is_longer(key, "Transfer-Encoding");
     if (!value)
         return MHD_YES;
     if (strcasecmp(key, "Content-Length") == 0) {
@@ -64,6 +72,8 @@ void http_receive_headers(struct http *http, struct MHD_Connection *connection, 
 {
     struct headers seen = {0};
     struct reply *reply = &exchange->reply;
+    char *host = NULL;
+    const char *fault = http_guard_target(exchange->uri, &host);
     MHD_get_connection_values(connection, MHD_HEADER_KIND, note_header, &seen);
     bool digits = !seen.length ||
                   (seen.length[0] && strspn(seen.length, "0123456789") == strlen(seen.length));
@@ -72,11 +82,15 @@ void http_receive_headers(struct http *http, struct MHD_Connection *connection, 
         (seen.encoding && strcasecmp(seen.encoding, "chunked") != 0))
         reply_problem(reply, PROBLEM_BAD_REQUEST,
                       "Content-Length and Transfer-Encoding contradict each other");
-    else if (seen.blanks > 0)
-        reply_problem(reply, PROBLEM_BAD_REQUEST, "the name of a header has blanks in it");
+    else if (seen.blanks + seen.folded > 0)
+        reply_problem(reply, PROBLEM_BAD_REQUEST,
+                      "a header has blanks in its name, or goes on in a second line");
     else if (seen.hosts > 1 || (seen.hosts == 0 && strcmp(version, MHD_HTTP_VERSION_1_0) != 0))
         reply_problem(reply, PROBLEM_BAD_REQUEST, "there must be one Host header");
-    else if (seen.host && !http_guard_host(seen.host, http->host, http->options.names))
+    else if (fault)
+        reply_problem(reply, PROBLEM_BAD_REQUEST, "%s", fault);
+    else if ((seen.host && !http_guard_host(seen.host, http->host, http->options.names)) ||
+             (host && !http_guard_host(host, http->host, http->options.names)))
         reply_problem(reply, PROBLEM_WRONG_HOST,
                       "ask for localhost or 127.0.0.1, or a name that it was given by --host-name");
     else if (seen.origin && !http_guard_origin(seen.origin, seen.host))
@@ -86,6 +100,7 @@ void http_receive_headers(struct http *http, struct MHD_Connection *connection, 
                       LIMIT_BODY_BYTES_MAX, seen.length);
     else
         exchange->refused = false;
+    free(host);
 }
 
 void http_receive_body(struct http *http, struct exchange *exchange, const char *bytes, size_t size)

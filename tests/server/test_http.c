@@ -208,6 +208,11 @@ static void contradicting_lengths(void **state)
         "Content-Length: 99999999999999999999999\r\n",
         "Transfer-Encoding : chunked\r\nContent-Length: 2\r\n",
         "Content-Length\t: 40\r\nContent-Length: 2\r\n",
+        "Content-Length:\r\n 2\r\n",
+        "Content-Length: 2\r\n 0\r\n",
+        "Content-Length: 2\r\nTransfer-Encoding:\r\n chunked\r\n",
+        "Transfer-Encoding:\r\n\tchunked\r\nContent-Length: 2\r\n",
+        "Transfer-Encoding: chunked\r\n x\r\n",
     };
     struct fixture *f = *state;
     char request[1024], answer[ANSWER_SIZE];

@@ -5,6 +5,8 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -50,8 +52,42 @@ static void guard_host(void **state)
                  http_guard_loopback("localhost"));
 }
 
+static void guard_target(void **state)
+{
+    static const struct {
+        const char *target, *path, *host;
+    } cases[] = {
+        {"/", "/", NULL},
+        {"//x/http://y", "//x/http://y", NULL},
+        {"http://localhost/a/b", "/a/b", "localhost"},
+        {"HTTPS://[::1]:80//a", "//a", "[::1]:80"},
+        {"http://localhost", "/", "localhost"},
+        {"http:///a", "/a", ""},
+        {"http://", "/", ""},
+        {"*", NULL, NULL},
+        {"", NULL, NULL},
+        {"ftp://localhost/", NULL, NULL},
+        {"localhost:80", NULL, NULL},
+        {"http:/a", NULL, NULL},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        char *target = strdup(cases[i].target), *host = NULL;
+        const char *fault = http_guard_target(target, &host);
+        assert_int_equal(fault == NULL, cases[i].path != NULL);
+        if (cases[i].path)
+            assert_string_equal(target, cases[i].path);
+        assert_int_equal(host == NULL, cases[i].host == NULL);
+        if (host)
+            assert_string_equal(host, cases[i].host);
+        free(target);
+        free(host);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(guard_host)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(guard_host),
+                                       cmocka_unit_test(guard_target)};
     return cmocka_run_group_tests_name("http_guard", tests, NULL, NULL);
 }
