@@ -35,7 +35,8 @@ ENGINE_SRC = $(wildcard engine/*.c engine/*/*.c)
 SERVER_SRC = $(filter-out server/main.c server/cli/cli.c, $(wildcard server/*.c server/*/*.c))
 SCHEMA_SQL = $(sort $(wildcard schema/*.sql))
 TEST_SRC   = $(wildcard tests/*/test_*.c)
-SUPPORT_SRC = $(filter-out $(TEST_SRC), $(wildcard tests/*/*.c))
+SUPPORT_SRC = $(filter-out $(TEST_SRC) $(PRELOAD_SRC), $(wildcard tests/*/*.c))
+PRELOAD_SRC = $(wildcard tests/preload/*.c)
 Q = $(if $V,,@)# make V=1 shows whole commands
 obj        = $(patsubst %.c,$B/obj/%.o,$(1))
 
@@ -112,7 +113,12 @@ TESTS = $(patsubst tests/%.c,$B/tests/%,$(TEST_SRC))
 $B/tests/%: $B/obj/tests/%.o $(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
 	@mkdir -p $(@D)
 	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS) $(CLIENT_LIBS)
-tests: $(TESTS)
+# What shell tests put into a daemon with LD_PRELOAD.
+PRELOADS = $(patsubst tests/%.c,$B/tests/%.so,$(PRELOAD_SRC))
+$B/tests/%.so: $B/obj/tests/%.o
+	@mkdir -p $(@D)
+	$Q$(CC) $(LDFLAGS) -shared -o $@ $^
+tests: $(TESTS) $(PRELOADS)
 
 # The tests of the API's description are JavaScript; their packages stay out of the source tree.
 node-modules: $B/node/installed

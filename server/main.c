@@ -7,6 +7,7 @@
  */
 #include "bcd.h"
 #include "config.h"
+#include "crash.h"
 #include "description.h"
 #include "handle.h"
 #include "http_guard.h"
@@ -57,6 +58,7 @@ int main(int argc, char **argv)
     gsl_set_error_handler_off(); /* its own would abort the process */
     record_json_seed();
     raise_descriptors();
+    crash_watch();
     return serve(&config);
 }
 

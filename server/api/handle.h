@@ -14,7 +14,7 @@
 typedef void handler(const struct service *service, const struct call *call, struct reply *reply);
 
 /* handle_jobs.c */
-handler handle_jobs_submit, handle_jobs_get, handle_jobs_cancel;
+handler handle_jobs_submit, handle_jobs_get, handle_jobs_attempts, handle_jobs_cancel;
 handler handle_jobs_estimate, handle_jobs_theory;
 
 /* handle_find.c */

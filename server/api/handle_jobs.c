@@ -113,6 +113,20 @@ void handle_jobs_get(const struct service *service, const struct call *call, str
     job_record_fini(&record);
 }
 
+void handle_jobs_attempts(const struct service *service, const struct call *call,
+                          struct reply *reply)
+{
+    struct attempt *attempts = NULL;
+    size_t count = 0;
+    enum store_status status =
+        store_attempts_list(service->store, call->arg[0], LIMIT_LIST_ROWS_MAX, &attempts, &count);
+    if (status == STORE_OK)
+        reply_json_take(reply, record_json_print_attempts(attempts, count));
+    else
+        reply_store(reply, status, "such job");
+    attempts_free(attempts, count);
+}
+
 /* ?wait=SECONDS: until the job has ended. */
 static bool must_wait(const struct service *service, const struct call *call,
                       const struct job_record *record, struct wait *wait)

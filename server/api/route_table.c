@@ -116,6 +116,11 @@ static const struct route routes[] = {
     {"GET", JOB, ROLE_READER, handle_jobs_get, "getJob",
      "one job: state, progress, parameters; ?wait= for its end",
      .query = get_query, .answers = {{200, JSON, "JobRecord"}, SAME}},
+    {"GET", JOB "/attempts", ROLE_READER, handle_jobs_attempts, "listAttempts",
+     "each time that a job was in motion, newest first, and how that ended",
+     "lost: the server ended without a word, no fault of the job's. crashed: the job ended the "
+     "server; after three such it has failed. The latest 1000.",
+     .answers = {{200, JSON, "AttemptList"}}},
     {"DELETE", JOB, ROLE_SUBMITTER, handle_jobs_cancel, "cancelJob",
      "cancel a job", "Once more does no harm; what has ended otherwise stays: 409.",
      .answers = {{200, JSON, "JobRecord"}}, .problems = P(STATE) | P(DISK_FULL)},

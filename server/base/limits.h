@@ -48,6 +48,9 @@ enum {
     LIMIT_WORKERS_MAX = 1024,
     LIMIT_SLICE_MS = 50,                   /* a worker looks at cancel and stop this often */
     LIMIT_CHECKPOINT_MS = 5000,            /* at most this much work is lost by a crash */
+    LIMIT_CRASHES_MAX = 3,                 /* of the server by one job, which then has failed */
+    LIMIT_LOST_BARREN = 3,                 /* attempts lost in a row with nothing saved: it rests */
+    LIMIT_REST_MS_MAX = 10000,             /* such a job lets others go first for so long */
     LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */
     LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
     LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */

@@ -33,6 +33,31 @@ char *record_json_print_list(const struct record_view *views, size_t count, cons
     return text_take(&text);
 }
 
+char *record_json_print_attempts(const struct attempt *attempts, size_t count)
+{
+    struct text text = {0};
+    text_add(&text, "{\"attempts\":[");
+    for (size_t i = 0; i < count; i++) {
+        const struct attempt *attempt = &attempts[i];
+        text_add(&text, "%s{\"number\":%" PRId64, i > 0 ? ",\n" : "", attempt->number);
+        record_json_add_time(&text, "started_at", attempt->started_ms);
+        record_json_add_time(&text, "ended_at", attempt->ended_ms);
+        text_add(&text, ",\"ended\":");
+        if (attempt->ended[0])
+            text_add_json_string(&text, attempt->ended);
+        else
+            text_add(&text, "null");
+        text_add(&text, ",\"saves\":%" PRId64 ",\"reason\":", attempt->saves);
+        if (attempt->reason)
+            text_add_json_string(&text, attempt->reason);
+        else
+            text_add(&text, "null");
+        text_add(&text, "}");
+    }
+    text_add(&text, "]}\n");
+    return text_take(&text);
+}
+
 static void add_ahead(struct text *text, const struct record_ahead *ahead)
 {
     bool ends = isfinite(ahead->finishes_in) && ahead->finishes_in < 1e10;
@@ -108,6 +133,8 @@ static void add_record(struct text *text, const struct record_view *view)
     else
         text_add(text, "null");
     text_add(text, ",\"outcome\":%s", record->outcome ? record->outcome : "null");
+    text_add(text, ",\"attempts\":{\"lost\":%" PRId64 ",\"failed\":%" PRId64 "}",
+             record->attempts_lost, record->attempts_failed);
     if (view->origin != RECORD_PLAIN)
         text_add(text, ",\"deduplicated\":%s",
                  view->origin == RECORD_DEDUPLICATED ? "true" : "false");

@@ -7,7 +7,7 @@
 #define RECORD_JSON_H
 
 #include "bcd.h"
-#include "store_jobs.h"
+#include "store_attempts.h"
 #include "text.h"
 
 /* A record and what only the moment knows. */
@@ -20,6 +20,9 @@ char *record_json_print(const struct record_view *view);
 
 /* {"jobs":[...],"next":...}; next is the cursor of the page that follows, [a-z0-9]+, or NULL. */
 char *record_json_print_list(const struct record_view *views, size_t count, const char *next);
+
+/* {"attempts":[...]}. */
+char *record_json_print_attempts(const struct attempt *attempts, size_t count);
 
 /* What stands before a job that would be submitted now. */
 struct record_ahead {

@@ -29,6 +29,9 @@ struct store;
  * says so in words for the operator. */
 enum store_status store_open(struct store **store, const char *dir, char *reason, size_t size);
 
+/* Where a file of this name stands beside the database: malloc'ed, NULL = no memory. */
+char *store_beside(const struct store *store, const char *name);
+
 /* Ends all connections; the last one checkpoints. Accepts NULL. */
 void store_close(struct store *store);
 

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 #include <unistd.h>
 
 enum store_status store_refuse(const struct store_reason *reason, enum store_status status,
@@ -16,6 +17,14 @@ enum store_status store_refuse(const struct store_reason *reason, enum store_sta
     vsnprintf(reason->text, reason->size, format, arguments);
     va_end(arguments);
     return status;
+}
+
+char *store_beside(const struct store *store, const char *name)
+{
+    size_t dir = (size_t)(strrchr(store->path, '/') - store->path);
+    char *path = NULL;
+
+    return asprintf(&path, "%.*s/%s", (int)dir, store->path, name) < 0 ? NULL : path;
 }
 
 enum store_status store_sync_dir(const char *path)

@@ -161,7 +161,8 @@ enum store_status stmt_run(struct stmt *stmt, int *changes);
 #define STORE_RECORD_COLUMNS                                                                       \
     "seq, id, hash, state, submitted_ms, started_ms, finished_ms, chunks, chunks_done, job, "      \
     "derived, error, owner, priority, label, "                                                     \
-    "(SELECT group_concat(tag, ' ') FROM job_tags WHERE job_tags.job = seq), outcome"
+    "(SELECT group_concat(tag, ' ') FROM job_tags WHERE job_tags.job = seq), outcome, "            \
+    "attempts_lost, attempts_failed"
 enum store_status store_jobs_read_one(struct stmt *row, struct job_record *record);
 enum store_status store_jobs_find(sqlite3 *db, const char *id, struct job_record *record);
 

@@ -62,6 +62,8 @@ static void read_record(struct stmt *row, struct job_record *record)
         .finished_ms = stmt_integer(row, 6),
         .chunks = stmt_integer(row, 7),
         .chunks_done = stmt_integer(row, 8),
+        .attempts_lost = stmt_integer(row, 17),
+        .attempts_failed = stmt_integer(row, 18),
         .job = stmt_text(row, 9),
         .derived = stmt_text(row, 10),
         .error = stmt_text(row, 11),

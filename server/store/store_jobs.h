@@ -31,6 +31,7 @@ struct job_record {
     enum job_state state;
     int64_t submitted_ms, started_ms, finished_ms;
     int64_t chunks, chunks_done;
+    int64_t attempts_lost, attempts_failed; /* store_attempts.h */
     char *job;            /* the job as completed with defaults */
     char *derived;        /* what the engine derived from it */
     char *error;          /* NULL or why it failed */

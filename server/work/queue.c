@@ -156,7 +156,9 @@ bool queue_claim(struct queue *queue, struct task *task)
         bool jumps = false;
         struct owner *owner = owner_choose(queue, &jumps);
 
-        if (!owner || owner->asking)
+        if (!owner)
+            start_rested(queue);
+        else if (owner->asking)
             pthread_cond_wait(&queue->changed, &queue->mutex);
         else
             claimed = work_on(queue, owner, jumps, task);
@@ -274,6 +276,11 @@ size_t queue_running(struct queue *queue, struct queue_running *jobs, size_t roo
     }
     pthread_mutex_unlock(&queue->mutex);
     return count;
+}
+
+char *queue_crash_path(const struct queue *queue)
+{
+    return store_beside(queue->store, "bcd.crashed");
 }
 
 void queue_stop(struct queue *queue)

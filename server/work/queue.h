@@ -49,7 +49,10 @@ struct calibration *queue_calibration(struct queue *queue);
 
 /* Takes over every running job of the store, and who has queued ones. Called once before workers
  * start. A job that this program would not run as it was accepted (its text no longer parses, or
- * means something else) is failed with the reason; a queued one when its turn comes. */
+ * means something else) is failed with the reason; a queued one when its turn comes. So is a job
+ * that has crashed the server LIMIT_CRASHES_MAX times. One whose latest attempts came to nothing
+ * (LIMIT_LOST_BARREN lost, or one crashed) rests: others go first, for LIMIT_REST_MS_MAX at most,
+ * so that what they do is saved should it end the server again. */
 enum store_status queue_recover(struct queue *queue);
 
 /* There are new jobs of this owner in the store. */
@@ -94,6 +97,9 @@ struct queue_running {
     double progress; /* 0..1 */
 };
 size_t queue_running(struct queue *queue, struct queue_running *jobs, size_t room);
+
+/* The file beside the database for crash_enter; malloc'ed, NULL = no memory. */
+char *queue_crash_path(const struct queue *queue);
 
 /* Wakes all waiting workers for good. */
 void queue_stop(struct queue *queue);

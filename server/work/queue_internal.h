@@ -35,6 +35,7 @@ struct queued {
     int priority;
     struct bcd_scene *scene; /* NULL until it has started */
     bool started;            /* the store says running */
+    int64_t rests_until_ms;  /* steady clock; others go first until then. 0 = it does not rest */
     int64_t chunks, chunks_done, first_free; /* chunks: up to the goal */
     unsigned char *chunk_state;
     double progress, from, to; /* where it was when `from` chunks were done; expected end, or 0 */
@@ -110,6 +111,10 @@ struct owner *owner_choose(struct queue *queue, bool *jumps);
 /* Takes usage to the store. With the mutex held, and let go meanwhile. */
 void owner_save_usage(struct queue *queue);
 int64_t owner_now_ms(void);
+/* The job whose rest ends first; NULL = none rests. */
+struct queued *owner_resting(struct queue *queue);
+/* A clock that nobody sets. */
+int64_t owner_steady_ms(void);
 
 /* ------------------------------------------------------------- queue_start.c */
 
@@ -118,5 +123,7 @@ void start_ask(struct queue *queue, struct owner *owner);
 void start_head(struct queue *queue, struct owner *owner);
 /* Waits a moment, less when the queue stops. */
 void start_wait(struct queue *queue);
+/* Nobody has work, but jobs that rest: waits for news, or ends a rest. */
+void start_rested(struct queue *queue);
 
 #endif

@@ -40,6 +40,33 @@ struct owner *owner_find(struct queue *queue, const char *name)
     return *last;
 }
 
+int64_t owner_steady_ms(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static bool rests(struct queued *entry)
+{
+    if (entry->rests_until_ms != 0 && owner_steady_ms() >= entry->rests_until_ms)
+        entry->rests_until_ms = 0;
+    return entry->rests_until_ms != 0;
+}
+
+struct queued *owner_resting(struct queue *queue)
+{
+    struct queued *first = NULL;
+
+    for (struct owner *owner = queue->owners; owner; owner = owner->next)
+        for (struct queued *entry = owner->first; entry; entry = entry->next)
+            if (!entry->ended && rests(entry) &&
+                (!first || entry->rests_until_ms < first->rests_until_ms))
+                first = entry;
+    return first;
+}
+
 /* Whether a goes before b, both of one owner. */
 static bool goes_before(const struct queued *a, const struct queued *b)
 {
@@ -52,7 +79,7 @@ struct queued *owner_entry(struct owner *owner)
 
     for (struct queued *entry = owner->first; entry; entry = entry->next)
         if (entry->started && !entry->ended && (!best || goes_before(entry, best)) &&
-            entry_next_chunk(entry) != entry->chunks)
+            entry_next_chunk(entry) != entry->chunks && !rests(entry))
             best = entry;
     return best;
 }

@@ -5,8 +5,11 @@
  */
 #include "queue_internal.h"
 
+#include "crash.h"
+#include "limits.h"
 #include "log.h"
 #include "scene_json.h"
+#include "store_attempts.h"
 #include "store_owners.h"
 #include "store_results.h"
 
@@ -15,7 +18,10 @@
 #include <string.h>
 #include <time.h>
 
-enum { RETRY_MS = 1000 }; /* until a store that cannot say, or mark a job running, is asked again */
+enum {
+    RETRY_MS = 1000, /* until a store that cannot say, or mark a job running, is asked again */
+    REST_MS = 1000,  /* the shortest rest; then twice as long each time */
+};
 
 void start_wait(struct queue *queue)
 {
@@ -26,6 +32,52 @@ void start_wait(struct queue *queue)
     until.tv_sec += RETRY_MS / 1000;
     while (code == 0 && !atomic_load(&queue->stopping))
         code = pthread_cond_timedwait(&queue->changed, &queue->mutex, &until);
+}
+
+/* ---------------------------------------------------------------------- rests */
+
+static bool anything_moves(const struct queue *queue)
+{
+    for (const struct owner *owner = queue->owners; owner; owner = owner->next)
+        for (const struct queued *entry = owner->first; entry; entry = entry->next)
+            if (entry->claims || entry->pinned)
+                return true;
+    return false;
+}
+
+void start_rested(struct queue *queue)
+{
+    struct queued *entry = owner_resting(queue);
+    struct timespec until;
+
+    if (!entry) {
+        pthread_cond_wait(&queue->changed, &queue->mutex);
+    } else if (!anything_moves(queue)) {
+        entry->rests_until_ms = 0; /* there is nobody to be disturbed */
+    } else {
+        until.tv_sec = entry->rests_until_ms / 1000;
+        until.tv_nsec = entry->rests_until_ms % 1000 * 1000000;
+        pthread_cond_timedwait(&queue->changed, &queue->mutex, &until);
+    }
+}
+
+/* How long a job rests after what became of its latest attempts. */
+static enum store_status read_rest(struct queue *queue, struct queued *entry)
+{
+    struct attempts_barren barren;
+    enum store_status status = store_attempts_barren(queue->store, entry->id, &barren);
+    int64_t rest_ms = REST_MS;
+
+    if (status || (barren.crashed == 0 && barren.lost < LIMIT_LOST_BARREN))
+        return status;
+    for (int64_t i = 1; i < barren.crashed + barren.lost && rest_ms < LIMIT_REST_MS_MAX; i++)
+        rest_ms *= 2;
+    rest_ms = rest_ms < LIMIT_REST_MS_MAX ? rest_ms : LIMIT_REST_MS_MAX;
+    entry->rests_until_ms = owner_steady_ms() + rest_ms;
+    log_write(LOG_LEVEL_WARNING, "job_rests",
+              LOG_FIELDS(log_text("job", entry->id), log_integer("crashed", barren.crashed),
+                         log_integer("lost", barren.lost), log_integer("rest_ms", rest_ms)));
+    return STORE_OK;
 }
 
 /* ----------------------------------------------------------------- the scene */
@@ -144,7 +196,9 @@ void start_head(struct queue *queue, struct owner *owner)
     entry->pinned = true;
     owner->starting++;
     pthread_mutex_unlock(&queue->mutex);
+    crash_note(entry->id, -1);
     status = start_job(queue, entry);
+    crash_note(NULL, 0);
     if (status == STORE_OK)
         log_write(LOG_LEVEL_INFO, "job_started", LOG_FIELDS(log_text("job", entry->id)));
     pthread_mutex_lock(&queue->mutex);
@@ -181,8 +235,9 @@ static enum store_status recover_job(struct queue *queue, const struct job_recor
     entry->seq = record->seq;
     entry->priority = record->ticket.priority;
     entry->started = true;
-    status =
-        entry_set_scene_take(entry, scene) ? entry_read_goal(queue, entry, 0) : STORE_BROKEN;
+    status = entry_set_scene_take(entry, scene) ? entry_read_goal(queue, entry, 0) : STORE_BROKEN;
+    if (status == STORE_OK)
+        status = read_rest(queue, entry);
     if (status == STORE_OK && !entry_append(queue, entry))
         status = STORE_BROKEN;
     if (status) {
@@ -217,18 +272,39 @@ static enum store_status recover_owners(struct queue *queue)
     return status;
 }
 
+/* What was in motion when the server ended, and whether it was that which ended it. */
+static enum store_status recover_attempts(struct queue *queue, const char *path)
+{
+    size_t count = 0;
+    struct attempt_crash *crashes = path ? crash_read(path, &count) : NULL;
+    enum store_status status =
+        crashes ? store_attempts_recover(queue->store, crashes, count) : STORE_BROKEN;
+
+    free(crashes);
+    return status;
+}
+
 enum store_status queue_recover(struct queue *queue)
 {
     struct job_record *records = NULL;
     size_t count = 0;
-    enum store_status status = recover_owners(queue);
+    char *path = queue_crash_path(queue);
+    struct crash_stack *stack = path ? crash_enter(path) : NULL;
+    enum store_status status = recover_attempts(queue, path);
 
+    if (status == STORE_OK)
+        status = recover_owners(queue);
     if (status == STORE_OK)
         status = calibration_load(queue->calibration, queue->store);
     if (status == STORE_OK)
         status = store_jobs_running(queue->store, &records, &count);
-    for (size_t i = 0; status == STORE_OK && i < count; i++)
+    for (size_t i = 0; status == STORE_OK && i < count; i++) {
+        crash_note(records[i].id, -1);
         status = recover_job(queue, &records[i]);
+        crash_note(NULL, 0);
+    }
     job_records_free(records, count);
+    crash_leave(stack);
+    free(path);
     return status;
 }

@@ -10,8 +10,10 @@
  */
 #include "worker_internal.h"
 
+#include "crash.h"
 #include "limits.h"
 #include "log.h"
+#include "store_attempts.h"
 #include "store_results.h"
 
 #include <assert.h>
@@ -372,15 +374,19 @@ static void do_task(struct worker *worker, struct task *task)
 static void *worker_main(void *context)
 {
     struct worker *worker = context;
+    struct crash_stack *stack = crash_enter(worker->workers->crash_path);
     struct task task;
 
     atomic_store(&worker->id, gettid());
     while (queue_claim(worker->workers->queue, &task)) {
         atomic_store(&worker->seen_ns, now_ns());
         atomic_store(&worker->busy, true);
+        crash_note(task.id, task.chunk);
         do_task(worker, &task);
+        crash_note(NULL, 0);
         atomic_store(&worker->busy, false);
     }
+    crash_leave(stack);
     atomic_store(&worker->alive, false);
     return NULL;
 }
@@ -397,6 +403,11 @@ struct workers *workers_start(size_t count, struct queue *queue, struct store *s
         return NULL;
     workers->queue = queue;
     workers->store = store;
+    workers->crash_path = queue_crash_path(queue);
+    if (!workers->crash_path) {
+        free(workers);
+        return NULL;
+    }
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &kept);
     while (code == 0 && workers->count < count) {
@@ -438,6 +449,8 @@ void workers_stop(struct workers *workers)
     queue_stop(workers->queue);
     for (size_t i = 0; i < workers->count; i++)
         pthread_join(workers->each[i].thread, NULL);
+    store_attempts_stop(workers->store); /* if it fails, they count as lost: no harm */
+    free(workers->crash_path);
     free(workers);
 }
 

@@ -26,6 +26,7 @@ struct worker {
 struct workers {
     struct queue *queue;
     struct store *store;
+    char *crash_path;
     size_t count;
     struct worker each[];
 };
