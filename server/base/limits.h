@@ -61,6 +61,10 @@ enum {
     LIMIT_TOKEN_NAME_CHARACTERS_MAX = 100,
     LIMIT_AUDIT_ROWS_MAX = 200000,         /* the oldest lines go */
     LIMIT_AUDIT_REFUSED_MS = 10000,        /* refused authentications: one line in this time */
+    LIMIT_SQL_TEXT_BYTES_MAX = 100 << 20,  /* bcd sql: one text or blob; results are shorter */
+    LIMIT_SQL_HEAP_BYTES_MAX = 1 << 30,    /* all that a question holds at a time */
+    LIMIT_SQL_PATTERN_BYTES_MAX = 1000,    /* of LIKE and GLOB */
+    LIMIT_SQL_GRACE_MS = 1000,             /* past --timeout: one costly function may be at work */
 };
 
 /* What a finished job leaves behind for others of its family. */

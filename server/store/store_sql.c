@@ -2,6 +2,7 @@
  * store_sql.c - see store_sql.h. */
 #include "store_sql.h"
 
+#include "limits.h"
 #include "sample.h"
 #include "store_internal.h"
 #include "store_sql_tables.h"
@@ -34,8 +35,19 @@ static enum store_status explain(struct asking *asking, enum store_status status
                  asking->question->timeout_s);
         return STORE_FULL;
     }
-    snprintf(asking->reason, asking->size, "%s", sqlite3_errmsg(asking->db));
-    return status;
+    switch (sqlite3_errcode(asking->db)) {
+    case SQLITE_NOMEM:
+        snprintf(asking->reason, asking->size, "it needs more than %d bytes of memory",
+                 LIMIT_SQL_HEAP_BYTES_MAX);
+        return STORE_FULL;
+    case SQLITE_TOOBIG:
+        snprintf(asking->reason, asking->size, "one text or blob would be longer than %d bytes",
+                 LIMIT_SQL_TEXT_BYTES_MAX);
+        return STORE_FULL;
+    default:
+        snprintf(asking->reason, asking->size, "%s", sqlite3_errmsg(asking->db));
+        return status;
+    }
 }
 
 /* Reading, and nothing else: no other file, no change, not even of a setting. */
@@ -82,6 +94,15 @@ static void set_deadline(struct asking *asking)
         sqlite3_progress_handler(asking->db, OPCODES_PER_LOOK, look_at_clock, asking);
 }
 
+/* The clock is looked at between steps; a single function must not be a long one, as far as that
+ * can be had: LIKE still can. */
+static void set_limits(sqlite3 *db)
+{
+    sqlite3_limit(db, SQLITE_LIMIT_LENGTH, LIMIT_SQL_TEXT_BYTES_MAX);
+    sqlite3_limit(db, SQLITE_LIMIT_LIKE_PATTERN_LENGTH, LIMIT_SQL_PATTERN_BYTES_MAX);
+    sqlite3_hard_heap_limit64(LIMIT_SQL_HEAP_BYTES_MAX);
+}
+
 /* A table comes to life when it is first looked at, in a way that the authorizer would not allow.
  */
 static void touch_tables(sqlite3 *db)
@@ -108,6 +129,7 @@ static enum store_status open_file(struct asking *asking)
     }
     if (sqlite3_open_v2(file, &asking->db, SQLITE_OPEN_READONLY, NULL) != SQLITE_OK)
         return explain(asking, STORE_BROKEN);
+    set_limits(asking->db);
     sqlite3_busy_timeout(asking->db, BUSY_MS);
     sqlite3_db_config(asking->db, SQLITE_DBCONFIG_DEFENSIVE, 1, (int *)NULL);
     sqlite3_db_config(asking->db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, (int *)NULL);

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * store_sql.h - one SQL question to a database, without a store: it may be a running daemon's, or a
- * backup. Nothing can be changed, and it ends in time.
+ * backup. Nothing can be changed, and it ends in time, or after the one function that it is at: a
+ * program that cannot wait for that has to end itself. Texts and memory are bounded, the latter for
+ * the whole program (limits.h).
  *
  * THREADS  A call has its own connection.
  */
@@ -36,7 +38,8 @@ struct sql_question {
 };
 
 /* reason (size bytes): what went wrong, in words. STORE_NOT_FOUND: there is no such file.
- * STORE_CONFLICT: the statement is wrong, or would change something. STORE_FULL: it took too long.
+ * STORE_CONFLICT: the statement is wrong, or would change something. STORE_FULL: it took too long,
+ * or too much.
  */
 enum store_status store_sql_ask(const struct sql_question *question,
                                 const struct sql_reader *reader, char *reason, size_t size);

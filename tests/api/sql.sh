@@ -90,6 +90,12 @@ sql "select a from jobs"
 check "so is a column that is none" refused 'no such column: a'
 sql --timeout 0.3 "with recursive n(i) as (select 1 union all select i + 1 from n) select max(i) from n"
 check "it ends in time" refused 'longer than 0.3 s'
+before=$(date +%s%N)
+sql --timeout 0.3 "select instr(zeroblob(90000000), zeroblob(45000000) || x'01')"
+check "and in the middle of one function" refused 'longer than 0.3 s, in one function'
+check "not much later" test $((($(date +%s%N) - before) / 1000000)) -lt 5000
+sql "select length(hex(zeroblob(100000000)))"
+check "no text is longer than what is bearable" refused 'longer than 104857600 bytes'
 "$B/bcd" sql --file "$T/nothing" "select 1" >"$T/out" 2>"$T/err"
 EXIT=$?
 check "no such file" refused 'no such file'
