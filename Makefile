@@ -100,7 +100,7 @@ $B/obj/extension/%.o: server/store/%.c
 	@mkdir -p $(@D)
 	$(if $V,,@echo "  CC $< (extension)")
 	$Q$(CC) $(ALL_CFLAGS) $(HOST_CFLAGS) -DBCD_SQLITE_EXTENSION -c -o $@ $<
-$B/bcd_sqlite.so: $(EXTENSION_OBJ) $(call obj,$(addprefix server/base/,sample.c text.c json_number.c)) $B/libbcd.a
+$B/bcd_sqlite.so: $(EXTENSION_OBJ) $(call obj,$(addprefix server/base/,sample.c text.c json_number.c outcome_facts.c)) $B/libbcd.a
 	$Q$(CC) $(LDFLAGS) -shared $(if $(findstring -fsanitize,$(LDFLAGS)),,-Xlinker --no-undefined) \
 		-o $@ $^ $(ENGINE_LIBS) -lm
 $B/bcdd: $B/obj/server/main.o $B/libserver.a $B/libbcd.a

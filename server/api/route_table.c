@@ -111,7 +111,8 @@ static const struct route routes[] = {
      "jobs; ?state= &sort= &limit= &cursor= and filters like &potential.amplitude=6",
      "Any scalar can be a filter: of the job (diameter=0.5, potential.amplitude>=6), of what was "
      "derived (derived.steps<=1e6), of results (results.energy.energy=0.3..0.5; an end may be "
-     "left out), priority, owner, label, the moments. != finds jobs without it too. At most 8.",
+     "left out), of what became of it (outcome.target.reached=false, outcome.realizations>=100), "
+     "priority, owner, label, the moments. != finds jobs without it too. At most 8.",
      .query = list_query, .filters = true, .answers = {{200, JSON, "JobList"}}},
     {"GET", JOB, ROLE_READER, handle_jobs_get, "getJob",
      "one job: state, progress, parameters; ?wait= for its end",

@@ -137,7 +137,9 @@ const struct cli_command cli_sql_command = {
     .doc = "asks the database of a daemon, or a backup of it, in SQL",
     .text =
         "jobs has a column for each parameter (diameter, potential_amplitude) and derived fact\n"
-        "(derived_steps); msd(job), density(job), energy(job) and the like are the results of one "
+        "(derived_steps), and of what became of it (outcome_realizations, "
+        "outcome_target_reached);\n"
+        "msd(job), density(job), energy(job) and the like are the results of one "
         "job\n"
         "as tables, energy alone those of all jobs; notes(job) the remarks on them:\n"
         "\n"

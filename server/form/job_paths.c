@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "job_paths.h"
 #include "bcd.h"
+#include "outcome_facts.h"
 #include "sample.h"
 
 #include <stdarg.h>
@@ -78,6 +79,23 @@ static void add_rows(struct job_paths *paths, const char *prefix, const struct b
         add_row(paths, prefix, rows);
 }
 
+static void add_outcome(struct job_paths *paths)
+{
+    static const unsigned values[] = {[OUTCOME_NUMBER] = JOB_VALUES_NUMBER,
+                                      [OUTCOME_TEXT] = JOB_VALUES_TEXT,
+                                      [OUTCOME_FLAG] = JOB_VALUES_WORD,
+                                      [OUTCOME_STOP] = JOB_VALUES_WORD};
+    const struct outcome_fact *fact;
+    for (size_t i = 0; (fact = outcome_fact_at(i)); i++) {
+        struct job_path *path = add(paths, values[fact->kind], "outcome.%s", fact->path);
+        if (fact->kind == OUTCOME_FLAG)
+            add_word(path, "true false");
+        for (int stop = BCD_STOP_TARGET; fact->kind == OUTCOME_STOP && stop <= BCD_STOP_TIME_STEP;
+             stop++)
+            add_word(path, bcd_stop_name((enum bcd_stop)stop));
+    }
+}
+
 static void add_plain(struct job_paths *paths)
 {
     const struct bcd_part *part;
@@ -96,6 +114,7 @@ static void add_plain(struct job_paths *paths)
             add_rows(paths, prefix, part->params);
         }
     }
+    add_outcome(paths);
     for (size_t i = 0; i < sizeof(of_record) / sizeof(of_record[0]); i++)
         add(paths, of_record[i].values, "%s", of_record[i].name);
 }

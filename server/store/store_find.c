@@ -4,6 +4,7 @@
 
 #include "limits.h"
 #include "store_condition.h"
+#include "store_news.h"
 #include "store_places.h"
 #include "store_segment.h"
 
@@ -12,19 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct news {
-    int64_t job;
-    struct scalar value;
-};
-
 /* One scalar that is looked at: of a condition, or what is sorted by. */
 struct term {
     const char *path;
     int64_t key; /* 0 = no sealed job has it */
     struct test test;
-    size_t same;       /* the first term with this path */
-    struct news *news; /* in order of jobs */
-    size_t news_count;
+    size_t same; /* the first term with this path */
+    struct news_list news;
     struct stmt members; /* FIND_TAGGED, FIND_SWEPT: the jobs of a segment that it names */
 };
 
@@ -75,60 +70,6 @@ static enum store_status find_key(sqlite3 *db, struct term *term)
     return stmt_fini(&row);
 }
 
-static struct scalar column_scalar(sqlite3_stmt *row, int column)
-{
-    int type = sqlite3_column_type(row, column);
-
-    return type == SQLITE_INTEGER ? scalar_integer(sqlite3_column_int64(row, column))
-           : type == SQLITE_FLOAT ? scalar_real(sqlite3_column_double(row, column))
-                                  : (struct scalar){.type = SCALAR_NONE};
-}
-
-static enum store_status load_news(sqlite3 *db, struct term *term)
-{
-    struct stmt row =
-        stmt_init(db, "SELECT job, value FROM job_news WHERE key = :key ORDER BY job");
-    size_t room = 0;
-
-    stmt_bind_integer(&row, ":key", term->key);
-    while (stmt_step(&row)) {
-        if (term->news_count == room) {
-            struct news *more;
-
-            room = room ? 2 * room : 64;
-            more = realloc(term->news, room * sizeof *more);
-            if (!more) {
-                row.status = store_fault(db, SQLITE_NOMEM, row.sql);
-                break;
-            }
-            term->news = more;
-        }
-        term->news[term->news_count++] =
-            (struct news){stmt_integer(&row, 0), column_scalar(row.handle, 1)};
-    }
-    return stmt_fini(&row);
-}
-
-/* The news of one segment: the first of them, and how many. */
-static const struct news *news_of(const struct term *term, int64_t segment, size_t *count)
-{
-    int64_t first = segment << SEGMENT_BITS;
-    size_t low = 0, high = term->news_count;
-
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-
-        if (term->news[middle].job < first)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    for (*count = 0;
-         low + *count < term->news_count && term->news[low + *count].job < first + SEGMENT_JOBS;)
-        ++*count;
-    return term->news ? term->news + low : NULL;
-}
-
 /* The column of a sealed segment in search->column_row; false = there is none. */
 static bool step_column(struct search *search, const struct term *term, int64_t segment)
 {
@@ -145,7 +86,7 @@ static void load_column(struct search *search, const struct term *term, int64_t 
 {
     struct stmt *row = &search->column_row;
     size_t count = 0;
-    const struct news *news = news_of(term, segment, &count);
+    const struct news *news = store_news_of(&term->news, segment, &count);
 
     column_clear(search->column);
     if (term->key > 0 && step_column(search, term, segment) &&
@@ -263,10 +204,11 @@ static bool narrow_sealed(struct search *search, const struct term *term, int64_
     struct stmt *row = &search->column_row;
     bool before[SEGMENT_JOBS], any = term->key > 0 && step_column(search, term, segment);
     size_t count = 0;
-    const struct news *news = news_of(term, segment, &count);
+    const struct news *news = store_news_of(&term->news, segment, &count);
     memcpy(before, search->wanted, sizeof before);
     if (any) {
-        struct scalar least = column_scalar(row->handle, 0), most = column_scalar(row->handle, 1);
+        struct scalar least = store_news_scalar(row->handle, 0),
+                      most = store_news_scalar(row->handle, 1);
 
         any = test_may_accept(test, &least, &most);
     }
@@ -315,7 +257,7 @@ static enum store_status visit_open(struct search *search, int64_t segment)
     for (size_t i = 0; i < search->terms && left; i++) {
         const struct term *term = &search->term[i];
         size_t count;
-        const struct news *news = news_of(term, segment, &count);
+        const struct news *news = store_news_of(&term->news, segment, &count);
 
         sorted_by = gathered.key[term->same].column;
         for (size_t k = 0; k < count && term->same == i; k++)
@@ -400,7 +342,7 @@ static enum store_status bound_zones(struct search *search)
                                 " WHERE id BETWEEN :key << 32 AND (:key << 32) + 0xffffffff");
     stmt_bind_integer(&row, ":key", term->key);
     while (stmt_step(&row)) {
-        struct scalar end = column_scalar(row.handle, search->query->ascending ? 1 : 2);
+        struct scalar end = store_news_scalar(row.handle, search->query->ascending ? 1 : 2);
 
         segment = (size_t)stmt_integer(&row, 0);
         if (segment < search->zones && end.type == SCALAR_NONE)
@@ -408,9 +350,12 @@ static enum store_status bound_zones(struct search *search)
         else if (segment < search->zones)
             improve(search, (int64_t)segment, &end);
     }
-    for (size_t i = 0; i < term->news_count; i++)
-        if (term->news[i].job >> SEGMENT_BITS < (int64_t)search->zones)
-            improve(search, term->news[i].job >> SEGMENT_BITS, &term->news[i].value);
+    for (size_t i = 0; i < term->news.count; i++) {
+        const struct news *news = &term->news.items[i];
+
+        if (news->job >> SEGMENT_BITS < (int64_t)search->zones)
+            improve(search, news->job >> SEGMENT_BITS, &news->value);
+    }
     return stmt_fini(&row);
 }
 
@@ -481,7 +426,7 @@ static enum store_status add_terms(struct search *search)
         if (status == STORE_OK && *term->path)
             status = find_key(search->db, term);
         if (status == STORE_OK && term->key)
-            status = load_news(search->db, term);
+            status = store_news_load(search->db, term->key, &term->news);
     }
     return status;
 }
@@ -516,7 +461,7 @@ static enum store_status make_page(struct search *search, const char *sort, stru
 static void search_fini(struct search *search)
 {
     for (size_t i = 0; i < search->terms; i++)
-        free(search->term[i].news);
+        store_news_free(&search->term[i].news);
     if (search->after.value.type == SCALAR_TEXT)
         free((char *)search->after.value.text);
     places_fini(&search->places);

@@ -3,8 +3,9 @@
  * store_find.h - jobs by any of their scalars, sorted by any of them, page by page.
  *
  * Scalars are named by dotted paths: those of the completed job ("diameter", "potential.type",
- * "observables.msd.last"), "derived.NAME", "results.OBSERVABLE.NAME" once the job is done, "owner",
- * "label", "priority", "submitted_at", "started_at" and "finished_at" (milliseconds since 1970).
+ * "observables.msd.last"), "derived.NAME", "results.OBSERVABLE.NAME" and "outcome.NAME" once the
+ * job is done, "owner", "label", "priority", "submitted_at", "started_at" and "finished_at"
+ * (milliseconds since 1970).
  *
  * A page takes time in proportion to the jobs stored, but little: columns of values are looked
  * through, not jobs (store_segment.h): about ten milliseconds for a million. Pages in the default

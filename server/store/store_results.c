@@ -3,7 +3,7 @@
 #include "store_results.h"
 
 #include "store_internal.h"
-#include "store_segment.h"
+#include "store_news.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -235,11 +235,13 @@ enum store_status store_results_finish_with(struct store *store, const char *id,
 
         status = insert_result(db, id, result, (int64_t)i);
         if (status == STORE_OK)
-            status = store_segment_result(db, seq, result->table, result->size);
+            status = store_news_result(db, seq, result->table, result->size);
         bytes += (int64_t)result->size;
     }
     if (status == STORE_OK && kept)
         status = store_samples_add(db, id, kept);
+    if (status == STORE_OK && kept)
+        status = store_news_outcome(db, seq, kept->outcome);
     for (size_t i = 0; kept && i < kept->count; i++)
         bytes += (int64_t)(kept->samples[i].whole.size + kept->samples[i].rest.size);
     if (status == STORE_OK)

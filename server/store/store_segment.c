@@ -2,9 +2,8 @@
  * store_segment.c - see store_segment.h. */
 #include "store_segment.h"
 
-#include "bcd.h"
+#include "store_news.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -248,7 +247,7 @@ static int64_t column_id(int64_t key, int64_t segment)
     return key << 32 | segment;
 }
 
-static enum store_status key_of(sqlite3 *db, const char *path, int64_t *key)
+enum store_status store_segment_key(sqlite3 *db, const char *path, int64_t *key)
 {
     struct stmt row = stmt_init(db, "SELECT id FROM job_keys WHERE path = :path");
     bool known;
@@ -311,57 +310,72 @@ static struct stmt news_of(sqlite3 *db, const char *sql, int64_t key, int64_t se
 }
 #define OF_NEWS " FROM job_news WHERE key = :key AND job BETWEEN :first AND :last"
 
-/* The column as it is, overlaid with its news. *bytes holds its texts, caller's. */
-static enum store_status read_column(sqlite3 *db, int64_t key, int64_t segment,
-                                     struct column *column, void **bytes, size_t *news)
+/* A column as it is overlaid with its news: those, and what its texts are borrowed from. */
+struct overlaid {
+    struct column *column;
+    size_t news;
+    void *bytes;
+    struct gathered texts;
+};
+
+static void overlaid_fini(struct overlaid *overlaid)
 {
+    free(overlaid->bytes);
+    gathered_fini(&overlaid->texts);
+}
+
+static enum store_status read_column(sqlite3 *db, int64_t key, int64_t segment,
+                                     struct overlaid *overlaid)
+{
+    struct column *column = overlaid->column;
     struct stmt row = stmt_init(db, "SELECT bytes FROM job_columns WHERE id = :id");
     size_t size = 0;
     enum store_status status;
 
     stmt_bind_integer(&row, ":id", column_id(key, segment));
-    *bytes = stmt_step(&row) ? stmt_blob(&row, 0, &size) : NULL;
+    if (stmt_step(&row))
+        overlaid->bytes = stmt_blob(&row, 0, &size);
     status = stmt_fini(&row);
     column_clear(column);
-    if (status == STORE_OK && *bytes && !column_decode(column, *bytes, size))
+    if (status == STORE_OK && overlaid->bytes && !column_decode(column, overlaid->bytes, size))
         status = store_fault(db, SQLITE_CORRUPT, "decode a column");
     if (status)
         return status;
     row = news_of(db, "SELECT job, value" OF_NEWS, key, segment);
-    for (*news = 0; stmt_step(&row); ++*news) {
-        struct scalar value = sqlite3_column_type(row.handle, 1) == SQLITE_INTEGER
-                                  ? scalar_integer(stmt_integer(&row, 1))
-                                  : scalar_real(sqlite3_column_double(row.handle, 1));
+    for (; stmt_step(&row); overlaid->news++) {
+        struct scalar found = store_news_scalar(row.handle, 1), value;
 
+        value = keep(&overlaid->texts, &found);
         column_put(column, (size_t)stmt_integer(&row, 0) % SEGMENT_JOBS, &value);
     }
+    if (overlaid->texts.failed)
+        row.status = store_fault(db, SQLITE_NOMEM, "fold news");
     return stmt_fini(&row);
 }
 
 /* News move into their column. */
 static enum store_status fold(sqlite3 *db, int64_t key, int64_t segment, struct column *column)
 {
-    void *bytes = NULL;
-    size_t news = 0;
-    enum store_status status = read_column(db, key, segment, column, &bytes, &news);
+    struct overlaid overlaid = {.column = column};
+    enum store_status status = read_column(db, key, segment, &overlaid);
 
-    if (status == STORE_OK && news > 0)
+    if (status == STORE_OK && overlaid.news > 0)
         status = write_column(db, column_id(key, segment), column);
-    if (status == STORE_OK && news > 0) {
+    if (status == STORE_OK && overlaid.news > 0) {
         struct stmt row = news_of(db, "DELETE" OF_NEWS, key, segment);
 
         status = stmt_run(&row, NULL);
     }
-    free(bytes);
+    overlaid_fini(&overlaid);
     return status;
 }
 
-/* Folds all that can have come later: times and results. */
-static enum store_status fold_all(sqlite3 *db, int64_t segment)
+enum store_status store_segment_fold(sqlite3 *db, int64_t segment)
 {
     struct column *column = malloc(sizeof *column);
     struct stmt keys = stmt_init(db, "SELECT id FROM job_keys WHERE id IN (2, 3)"
-                                     " OR path >= 'results.' AND path < 'results/'");
+                                     " OR path >= 'results.' AND path < 'results/'"
+                                     " OR path >= 'outcome.' AND path < 'outcome/'");
     enum store_status status = column ? STORE_OK : store_fault(db, SQLITE_NOMEM, "fold news");
 
     while (status == STORE_OK && stmt_step(&keys))
@@ -377,7 +391,8 @@ static enum store_status write_columns(sqlite3 *db, int64_t segment, struct gath
 {
     struct stmt old =
         stmt_init(db, "DELETE FROM job_columns WHERE id IN (SELECT id << 32 | :segment"
-                      " FROM job_keys WHERE path NOT GLOB 'results.*')");
+                      " FROM job_keys WHERE path NOT GLOB 'results.*'"
+                      " AND path NOT GLOB 'outcome.*')");
     enum store_status status;
 
     stmt_bind_integer(&old, ":segment", segment);
@@ -385,7 +400,7 @@ static enum store_status write_columns(sqlite3 *db, int64_t segment, struct gath
     for (size_t i = 0; i < gathered->count && status == STORE_OK; i++) {
         int64_t key = 0;
 
-        status = key_of(db, gathered->key[i].path, &key);
+        status = store_segment_key(db, gathered->key[i].path, &key);
         if (status == STORE_OK)
             status = write_column(db, column_id(key, segment), gathered->key[i].column);
     }
@@ -403,7 +418,7 @@ static enum store_status seal(sqlite3 *db, int64_t segment)
         status = write_columns(db, segment, &gathered);
     gathered_fini(&gathered);
     if (status == STORE_OK)
-        status = fold_all(db, segment);
+        status = store_segment_fold(db, segment);
     if (status)
         return status;
     row = stmt_init(db, "INSERT OR REPLACE INTO job_segments (segment, states)"
@@ -418,21 +433,6 @@ enum store_status store_segment_inserted(sqlite3 *db, int64_t seq)
     return seq % SEGMENT_JOBS == SEGMENT_JOBS - 1 ? seal(db, seq >> SEGMENT_BITS) : STORE_OK;
 }
 
-/* Results of a time when their scalars were not kept. */
-static enum store_status index_results(sqlite3 *db)
-{
-    struct stmt row = stmt_init(db, "SELECT job, bytes FROM results WHERE NOT EXISTS"
-                                    " (SELECT 1 FROM job_keys WHERE path >= 'results.'"
-                                    " AND path < 'results/')");
-    enum store_status status = STORE_OK;
-
-    while (status == STORE_OK && stmt_step(&row))
-        status = store_segment_result(db, stmt_integer(&row, 0), sqlite3_column_blob(row.handle, 1),
-                                      (size_t)sqlite3_column_bytes(row.handle, 1));
-    row.status = row.status ? row.status : status;
-    return stmt_fini(&row);
-}
-
 enum store_status store_segment_seal_all(sqlite3 *db)
 {
     struct stmt row =
@@ -442,7 +442,7 @@ enum store_status store_segment_seal_all(sqlite3 *db)
                       " SELECT segment FROM all_segments"
                       " WHERE segment < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10"
                       " AND segment NOT IN (SELECT segment FROM job_segments)");
-    enum store_status status = index_results(db);
+    enum store_status status = store_news_index_old(db);
 
     while (status == STORE_OK && stmt_step(&row))
         status = seal(db, stmt_integer(&row, 0));
@@ -465,7 +465,7 @@ static enum store_status settle_one(sqlite3 *db, int64_t segment)
     if (stmt_step(&row))
         news = stmt_integer(&row, 0);
     status = stmt_fini(&row);
-    return status || news < NEWS_MAX ? status : fold_all(db, segment);
+    return status || news < NEWS_MAX ? status : store_segment_fold(db, segment);
 }
 
 enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last)
@@ -476,61 +476,4 @@ enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last)
          segment <= last >> SEGMENT_BITS && status == STORE_OK; segment++)
         status = settle_one(db, segment);
     return status;
-}
-
-/* The scalars of one result, by one statement. */
-struct putting {
-    sqlite3 *db;
-    struct stmt row;
-    int64_t seq;
-};
-
-static enum store_status put_news(struct putting *putting, const char *path, double value)
-{
-    struct stmt *row = &putting->row;
-    int64_t key = 0;
-
-    if (!isfinite(value))
-        return row->status;
-    for (int tries = 0; tries < 2 && !row->status; tries++) {
-        stmt_again(row);
-        stmt_bind_text(row, ":path", path);
-        stmt_bind_integer(row, ":job", putting->seq);
-        stmt_bind_number(row, ":value", value);
-        stmt_step(row);
-        if (row->status || sqlite3_changes(putting->db) > 0)
-            break;
-        row->status = key_of(putting->db, path, &key); /* the first of its kind */
-    }
-    stmt_again(row);
-    return row->status;
-}
-
-enum store_status store_segment_result(sqlite3 *db, int64_t seq, const void *bytes, size_t size)
-{
-    struct bcd_table *table = NULL;
-    struct putting putting = {.db = db, .seq = seq};
-    char path[SCALAR_PATH_SIZE];
-    enum store_status status = STORE_OK;
-
-    if (bcd_table_load(&table, bytes, size, NULL) != BCD_OK)
-        return STORE_OK;
-    putting.row = stmt_init(db, "INSERT OR REPLACE INTO job_news (key, job, value)"
-                                " SELECT id, :job, :value FROM job_keys WHERE path = :path");
-    for (size_t i = 0; table->scalar && i < table->columns && status == STORE_OK; i++) {
-        const struct bcd_column *column = &table->column[i];
-
-        snprintf(path, sizeof path, "results.%s.%s", table->name, column->name);
-        if (column->values && table->rows > 0)
-            status = put_news(&putting, path, column->values[0]);
-    }
-    for (size_t i = 0; i < table->notes && status == STORE_OK; i++) {
-        const struct bcd_note *note = &table->note[i];
-
-        snprintf(path, sizeof path, "results.%s.%s", table->name, note->name);
-        if (!note->text[0])
-            status = put_news(&putting, path, note->number);
-    }
-    bcd_table_free(table);
-    return stmt_fini(&putting.row);
 }

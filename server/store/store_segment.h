@@ -22,9 +22,11 @@ enum store_status store_segment_inserted(sqlite3 *db, int64_t seq);
  * columns. */
 enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last);
 
-/* Scalars of a table that a job has left (results.NAME.COLUMN) become known. Bytes that are no
- * table have none. */
-enum store_status store_segment_result(sqlite3 *db, int64_t seq, const void *table, size_t size);
+/* News of a sealed segment move into its columns: times, results, outcomes. */
+enum store_status store_segment_fold(sqlite3 *db, int64_t segment);
+
+/* The number of a path among job_keys, where it is put if it is new. */
+enum store_status store_segment_key(sqlite3 *db, const char *path, int64_t *key);
 
 /* Seals whatever is not sealed and could be: after a migration, and where a job was changed. */
 enum store_status store_segment_seal_all(sqlite3 *db);

@@ -257,7 +257,7 @@ char *store_sql_schema(void)
         return NULL;
     for (size_t i = 0; i < schema->count; i++)
         text_add(&text, "%s%s", i ? "\n" : "", schema->migrations[i].sql);
-    view = store_sql_view_text(sample.scene);
+    view = store_sql_view_text(sample.scene, true);
     text_add(&text,
              "\n-- Before the table jobs comes this view of it, in bcd sql and with the "
              "extension:\n%s",

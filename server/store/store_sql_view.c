@@ -8,6 +8,7 @@ SQLITE_EXTENSION_INIT3
 
 #include "store_sql_view.h"
 
+#include "outcome_facts.h"
 #include "text.h"
 
 #include <stdio.h>
@@ -58,7 +59,25 @@ static void add_slot(struct text *sql, enum bcd_slot slot)
     }
 }
 
-char *store_sql_view_text(const struct bcd_scene *sample)
+/* "outcome_target_reached": a flag is 1 or 0. Databases from before there were outcomes have
+ * columns without values. */
+static void add_outcome(struct text *sql, bool has)
+{
+    const struct outcome_fact *fact;
+    char name[96];
+
+    for (size_t i = 0; (fact = outcome_fact_at(i)); i++) {
+        snprintf(name, sizeof name, "outcome_%s", fact->path);
+        for (char *c = name; *c; c++)
+            *c = *c == '.' ? '_' : *c;
+        if (has)
+            add(sql, "outcome", fact->path, name);
+        else
+            text_add(sql, ",\n  NULL AS \"%s\"", name);
+    }
+}
+
+char *store_sql_view_text(const struct bcd_scene *sample, bool outcomes)
 {
     struct text sql = {0};
     const struct bcd_fact *fact;
@@ -73,16 +92,17 @@ char *store_sql_view_text(const struct bcd_scene *sample)
         snprintf(name, sizeof name, "derived_%s", fact->name);
         add(&sql, "derived", fact->name, name);
     }
-    text_add(&sql, ",\n  job, derived\nFROM main.jobs;\n");
+    add_outcome(&sql, outcomes);
+    text_add(&sql, ",\n  job, derived, %s\nFROM main.jobs;\n",
+             outcomes ? "outcome" : "NULL AS outcome");
     return text_take(&sql);
 }
 
-static int has_jobs(sqlite3 *db, bool *has)
+/* Whether a question has a row for an answer. */
+static int has_any(sqlite3 *db, const char *sql, bool *has)
 {
     sqlite3_stmt *row = NULL;
-    int code = sqlite3_prepare_v2(
-        db, "SELECT 1 FROM main.sqlite_schema WHERE type = 'table' AND name = 'job_tags'", -1, &row,
-        NULL);
+    int code = sqlite3_prepare_v2(db, sql, -1, &row, NULL);
 
     if (code == SQLITE_OK)
         *has = sqlite3_step(row) == SQLITE_ROW;
@@ -92,12 +112,19 @@ static int has_jobs(sqlite3 *db, bool *has)
 
 int store_sql_view(sqlite3 *db, const struct bcd_scene *sample)
 {
-    bool has = false;
-    char *sql = store_sql_view_text(sample);
-    int code = sql ? has_jobs(db, &has) : SQLITE_NOMEM;
+    bool has = false, outcomes = false;
+    char *sql = NULL;
+    int code = has_any(
+        db, "SELECT 1 FROM main.sqlite_schema WHERE type = 'table' AND name = 'job_tags'", &has);
 
-    if (code == SQLITE_OK && has)
-        code = sqlite3_exec(db, "DROP VIEW IF EXISTS temp.jobs", NULL, NULL, NULL);
+    if (code == SQLITE_OK)
+        code = has_any(db, "SELECT 1 FROM pragma_table_info('jobs', 'main') WHERE name = 'outcome'",
+                       &outcomes);
+    if (code == SQLITE_OK && has) {
+        sql = store_sql_view_text(sample, outcomes);
+        code = sql ? sqlite3_exec(db, "DROP VIEW IF EXISTS temp.jobs", NULL, NULL, NULL)
+                   : SQLITE_NOMEM;
+    }
     if (code == SQLITE_OK && has)
         code = sqlite3_exec(db, sql, NULL, NULL, NULL);
     free(sql);

@@ -328,6 +328,68 @@ static void assert_list(struct store *store, const char *sort, const char *expec
     }
 }
 
+/* What became of jobs: numbers and words, in the news, in columns, and of those that had ended when
+ * nobody kept it. */
+static void assert_outcomes(struct store *store, size_t more)
+{
+    assert_int_equal(IS("outcome.realizations", "40"), 1);
+    assert_int_equal(FOUND(store, {"outcome.realizations", ">", "21"}), 2 + more);
+    assert_int_equal(IS("outcome.target.reached", "true"), 1 + more);
+    assert_int_equal(IS("outcome.target.reached", "false"), 1);
+    assert_int_equal(IS("outcome.target.stopped_by", "target"), 1 + more);
+    assert_int_equal(IS("outcome.reused_from", "jother"), 1);
+    assert_int_equal(FOUND(store, {"outcome.target.relative_error", "<", "0.01"}), more);
+    assert_list(store, "outcome.realizations", more > 0 ? "1 3 9 2" : "1 3 2");
+    assert_list(store, "-outcome.target.stopped_by", more > 0 ? "9 3 2 1" : "3 2 1");
+}
+
+static void end_as(struct store *store, int seed, const char *outcome)
+{
+    struct samples_kept kept = {.family = (const unsigned char *)"01234567890123456789012345678901",
+                                .outcome = outcome};
+    const struct finish_new finish = {.kept = &kept};
+    char id[JOB_ID_SIZE], job[64];
+
+    snprintf(job, sizeof job, "{\"seed\":%d}", seed);
+    bench_insert(store, seed, job, id);
+    assert_int_equal(store_jobs_start(store, id), STORE_OK);
+    assert_int_equal(store_results_finish_with(store, id, &finish), STORE_OK);
+}
+
+static void outcomes_are_found(void **state)
+{
+    struct bench *bench = *state;
+
+    end_as(bench->store, 1, "{\"realizations\":20,\"reused_realizations\":0,\"reused_from\":null}");
+    end_as(bench->store, 2,
+           "{\"realizations\":40,\"reused_realizations\":16,\"reused_from\":\"jother\",\"target\":{"
+           "\"reached\":false,\"stopped_by\":\"realizations\",\"relative_error\":0.5,"
+           "\"statistical\":0.4,\"time_step_error\":null}}");
+    end_as(bench->store, 3,
+           "{\"realizations\":30,\"reused_realizations\":0,\"reused_from\":null,\"target\":{"
+           "\"reached\":true,\"stopped_by\":\"target\",\"relative_error\":0.02,"
+           "\"statistical\":0.02,\"time_step_error\":0}}");
+    assert_outcomes(bench->store, 0);
+    seal_first(bench->store);
+    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM job_news"), 0);
+    assert_outcomes(bench->store, 0);
+    /* As if they had ended before outcomes were kept. */
+    assert_int_equal(store_exec(bench->store->writer,
+                                "DELETE FROM job_columns WHERE id >> 32 IN"
+                                " (SELECT id FROM job_keys WHERE path GLOB 'outcome.*');"
+                                "DELETE FROM job_keys WHERE path GLOB 'outcome.*'"),
+                     STORE_OK);
+    assert_int_equal(FOUND(bench->store, {"outcome.realizations", "=", "40"}), 0);
+    bench_reopen(bench);
+    assert_int_equal(bench_number(bench->store, "SELECT count(*) FROM job_news"), 0);
+    assert_outcomes(bench->store, 0);
+    end_as(bench->store, 9,
+           "{\"realizations\":35,\"reused_realizations\":0,\"reused_from\":null,\"target\":{"
+           "\"reached\":true,\"stopped_by\":\"target\",\"relative_error\":0.002,"
+           "\"statistical\":0.002,\"time_step_error\":0}}");
+    assert_outcomes(bench->store, 1);
+}
+
 static void lists_are_sorted(void **state)
 {
     static const char *const jobs[] = {
@@ -438,6 +500,7 @@ int main(void)
         BENCH_TEST(odd_paths_find_nothing),
         BENCH_TEST(states_are_found_however_they_came),
         BENCH_TEST(what_happens_later_is_found),
+        BENCH_TEST(outcomes_are_found),
         BENCH_TEST(tags_owners_and_labels_are_found),
         BENCH_TEST(lists_are_sorted),
         BENCH_TEST(foreign_cursors_are_refused),

@@ -8,6 +8,7 @@
 #include "sample.h"
 #include "store_find.h"
 #include "store_internal.h"
+#include "store_news.h"
 #include "store_segment.h"
 
 #include <setjmp.h>
@@ -138,7 +139,7 @@ static void finish(struct store *store, int64_t first, int64_t last, int each)
                 table->column[k].values[0] = (double)(i * 7919 % 1000003) * 1e-6;
         bcd_table_save(table, bytes);
         assert_int_equal(store_segment_settle(db, i, i), STORE_OK);
-        assert_int_equal(store_segment_result(db, i, bytes, bcd_table_size(table)), STORE_OK);
+        assert_int_equal(store_news_result(db, i, bytes, bcd_table_size(table)), STORE_OK);
     }
     assert_int_equal(stmt_fini(&start), STORE_OK);
     assert_int_equal(stmt_fini(&end), STORE_OK);
