@@ -126,6 +126,10 @@ static void add_work(struct text *text, const struct service *service)
               "Steps times particles done.");
     add_value(text, "bcd_core_seconds_total", "counter", counts.core_seconds,
               "Processor time of workers.");
+    add_value(text, "bcd_checkpoints_total", "counter", (double)counts.checkpoints,
+              "Checkpoints of jobs in motion.");
+    add_value(text, "bcd_checkpoint_seconds_total", "counter", counts.saving_seconds,
+              "Time that workers took to make them.");
 }
 
 static void add_requests(struct text *text, const struct metrics *metrics)

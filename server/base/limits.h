@@ -47,7 +47,9 @@ enum {
     LIMIT_IDLE_MS_MAX = 60000,
     LIMIT_WORKERS_MAX = 1024,
     LIMIT_SLICE_MS = 50,                   /* a worker looks at cancel and stop this often */
-    LIMIT_CHECKPOINT_MS = 5000,            /* at most this much work is lost by a crash */
+    LIMIT_CHECKPOINT_MS = 5000,            /* at most this much work is lost by a crash, */
+    LIMIT_CHECKPOINT_SHARE = 100,          /* unless saving takes more than one part in so many */
+    LIMIT_CHECKPOINT_FIRST_MS = 500,       /* less in the beginning: twice as much each time */
     LIMIT_CRASHES_MAX = 3,                 /* of the server by one job, which then has failed */
     LIMIT_LOST_BARREN = 3,                 /* attempts lost in a row with nothing saved: it rests */
     LIMIT_REST_MS_MAX = 10000,             /* such a job lets others go first for so long */

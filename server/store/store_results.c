@@ -190,6 +190,30 @@ enum store_status store_results_load_chunk(struct store *store, const char *id, 
                 id, chunk, tally);
 }
 
+static enum store_status drop_chunk(sqlite3 *db, const char *id, int64_t chunk)
+{
+    struct chunk_change which = {.id = id, .chunk = chunk}, only_id = {.id = id, .chunk = -1};
+    int changes = 0;
+    enum store_status status =
+        change(db,
+               "DELETE FROM chunks"
+               " WHERE job = (SELECT seq FROM jobs WHERE id = :id) AND chunk = :chunk",
+               &which, &changes);
+
+    if (status || changes == 0)
+        return status;
+    return change(db, "UPDATE jobs SET chunks_done = chunks_done - 1 WHERE id = :id", &only_id,
+                  NULL);
+}
+
+enum store_status store_results_drop_chunk(struct store *store, const char *id, int64_t chunk)
+{
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    return status ? status : store_end(store, drop_chunk(db, id, chunk));
+}
+
 /* ----------------------------------------------------------------------- done */
 
 static enum store_status insert_result(sqlite3 *db, const char *id, const struct result_new *result,

@@ -32,6 +32,9 @@ enum store_status store_results_chunks(struct store *store, const char *id, bool
 enum store_status store_results_load_chunk(struct store *store, const char *id, int64_t chunk,
                                            struct blob *tally);
 
+/* A finished chunk turned out damaged: it is to be run again. */
+enum store_status store_results_drop_chunk(struct store *store, const char *id, int64_t chunk);
+
 /* running -> done: all tables written, chunk tallies and checkpoints dropped, in one transaction.
  * STORE_CONFLICT, and nothing written, when the job is not running (any more). */
 struct result_new {

@@ -104,6 +104,28 @@ bool work_try_again(struct work *work, enum store_status status, int tries)
 
 /* ----------------------------------------------------------------- checkpoints */
 
+/* When the next one is due. Early ones first, so that a job gets on even where the server is ended
+ * again and again; and never so many that saving takes more than its share of the time. */
+struct pace {
+    int64_t due_ns, gap_ns;
+};
+
+static struct pace pace_begin(int64_t now)
+{
+    const int64_t gap = LIMIT_CHECKPOINT_FIRST_MS * INT64_C(1000000);
+
+    return (struct pace){now + gap, gap};
+}
+
+static void pace_next(struct pace *pace, int64_t now, int64_t took_ns)
+{
+    const int64_t most = LIMIT_CHECKPOINT_MS * INT64_C(1000000);
+    int64_t least = took_ns * LIMIT_CHECKPOINT_SHARE;
+
+    pace->gap_ns = 2 * pace->gap_ns < most ? 2 * pace->gap_ns : most;
+    pace->due_ns = now + (pace->gap_ns > least ? pace->gap_ns : least);
+}
+
 /* A checkpoint that cannot be kept costs work after a crash, not the run: logged, and that is it.
  */
 static void save_checkpoint(struct work *work)
@@ -111,6 +133,7 @@ static void save_checkpoint(struct work *work)
     size_t size = bcd_run_checkpoint_size(work->run);
     void *bytes = malloc(size + 1);
     enum store_status status = STORE_BROKEN;
+    int64_t begun = now_ns();
 
     if (bytes) {
         bcd_run_save(work->run, bytes);
@@ -123,6 +146,8 @@ static void save_checkpoint(struct work *work)
                              log_integer("chunk", work->task->chunk),
                              log_integer("bytes", (int64_t)size)));
     free(bytes);
+    atomic_fetch_add(&work->worker->checkpoints, 1);
+    atomic_fetch_add(&work->worker->saving_ns, now_ns() - begun);
 }
 
 /* A chunk that another job began: goes on from there. A beginning that is damaged is dropped, and
@@ -242,7 +267,7 @@ static enum outcome advance(struct work *work)
     const double rods_per_tick = rod_steps_of_chunk(work->task->scene) / (double)total;
     const struct measured measured = {bcd_run_ticks_done(work->run), cpu_now_ns()};
     int64_t slice = 1, before = now_ns();
-    int64_t checkpoint_due = before + LIMIT_CHECKPOINT_MS * INT64_C(1000000);
+    struct pace pace = pace_begin(before);
 
     atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
     atomic_store(work->task->ticks_total, total);
@@ -261,10 +286,11 @@ static enum outcome advance(struct work *work)
                          (int64_t)(rods_per_tick * (double)(bcd_run_ticks_done(work->run) - from)));
         atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
         tell_use(work);
-        if (after >= checkpoint_due && bcd_run_ticks_done(work->run) < total) {
+        if (after >= pace.due_ns && bcd_run_ticks_done(work->run) < total) {
             save_checkpoint(work);
+            before = after;
             after = now_ns();
-            checkpoint_due = after + LIMIT_CHECKPOINT_MS * INT64_C(1000000);
+            pace_next(&pace, after, after - before);
         }
         before = after;
     }
@@ -466,6 +492,8 @@ void workers_count(const struct workers *workers, struct workers_counts *counts)
         clockid_t clock;
 
         counts->chunks += atomic_load(&worker->chunks);
+        counts->checkpoints += atomic_load(&worker->checkpoints);
+        counts->saving_seconds += 1e-9 * (double)atomic_load(&worker->saving_ns);
         counts->rod_steps += (double)atomic_load(&worker->rod_steps);
         if (!atomic_load(&worker->alive))
             continue;

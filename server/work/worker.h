@@ -27,6 +27,8 @@ struct workers_counts {
     size_t started, alive, busy; /* threads; busy = with a task */
     int64_t chunks;              /* finished */
     double rod_steps, core_seconds;
+    int64_t checkpoints;   /* made, */
+    double saving_seconds; /* and what that took */
     int64_t silent_ms; /* the longest that a busy one has not come by its clock */
 };
 void workers_count(const struct workers *workers, struct workers_counts *counts);

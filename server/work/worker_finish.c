@@ -120,6 +120,18 @@ enum gather {
     GATHER_HOLES,  /* a part that was taken over is gone: to be run */
 };
 
+/* The chunk is damaged: it will be run again, if the store lets go of it. */
+static bool drop_chunk(struct work *work, int64_t chunk)
+{
+    log_write(LOG_LEVEL_WARNING, "chunk_dropped",
+              LOG_FIELDS(log_text("job", work->task->id), log_integer("chunk", chunk),
+                         log_text("reason", work->error.text)));
+    if (store_results_drop_chunk(work->workers->store, work->task->id, chunk) != STORE_OK)
+        return false;
+    work->error = (struct bcd_error){0};
+    return true;
+}
+
 static enum gather load(struct work *work, int64_t chunk, const struct family_sample *base,
                         struct bcd_tally *part)
 {
@@ -147,6 +159,8 @@ static enum gather load(struct work *work, int64_t chunk, const struct family_sa
     }
     work->error.code = bcd_tally_restore(part, blob.bytes, blob.size, &work->error);
     blob_fini(&blob);
+    if (work->error.code == BCD_CORRUPT && drop_chunk(work, chunk))
+        return GATHER_HOLES;
     return work->error.code ? GATHER_FAILED : GATHER_OK;
 }
 

@@ -20,7 +20,8 @@ struct worker {
     atomic_int id; /* the kernel's; 0 = not started yet */
     atomic_bool alive, busy;
     atomic_int_least64_t seen_ns; /* when it last came by its clock */
-    atomic_int_least64_t chunks, rod_steps, core_ns;
+    atomic_int_least64_t chunks, rod_steps;
+    atomic_int_least64_t checkpoints, saving_ns; /* made, and what that took */
 };
 
 struct workers {
