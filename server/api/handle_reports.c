@@ -10,8 +10,8 @@
 
 static void answer(const struct service *service, const struct call *call, enum report_form form,
                    struct reply *reply);
-static void begin(const struct service *service, const struct work_precision_options *options,
-                  struct reply *reply);
+static void measure(const struct service *service, const struct work_precision_options *options,
+                    struct reply *reply);
 static char *print_state(const char *state, double share);
 
 void handle_reports_json(const struct service *service, const struct call *call,
@@ -40,7 +40,7 @@ void handle_reports_measure(const struct service *service, const struct call *ca
     if (!service->reports)
         reply_problem(reply, PROBLEM_BUSY, "this server measures no reports");
     else
-        begin(service, &options, reply);
+        measure(service, &options, reply);
 }
 
 void handle_reports_stop(const struct service *service, const struct call *call,
@@ -58,8 +58,8 @@ void handle_reports_stop(const struct service *service, const struct call *call,
         reply_problem(reply, PROBLEM_MEASURING, "none is being measured");
 }
 
-static void begin(const struct service *service, const struct work_precision_options *options,
-                  struct reply *reply)
+static void measure(const struct service *service, const struct work_precision_options *options,
+                    struct reply *reply)
 {
     switch (report_keeper_begin(service->reports, options)) {
     case REPORT_BEGUN:
@@ -80,6 +80,7 @@ static void answer(const struct service *service, const struct call *call, enum 
 {
     static const char *const types[REPORT_FORMS] = {
         "application/json", "text/csv; charset=utf-8; header=present", "image/svg+xml"};
+    const char *begin = call_query(call, "begin");
     char reason[WORK_PRECISION_REASON], *text = NULL;
     if (!service->reports) {
         reply_problem(reply, PROBLEM_BUSY, "this server measures no reports");
@@ -100,7 +101,7 @@ static void answer(const struct service *service, const struct call *call, enum 
         reply_later_take(reply, HERE, print_state("measuring", share));
     else if (reason[0])
         reply_problem(reply, PROBLEM_BUSY, "the report could not be measured: %s", reason);
-    else if (strcmp(call->request->method, "HEAD") == 0)
+    else if (strcmp(call->request->method, "HEAD") == 0 || (begin && strcmp(begin, "false") == 0))
         reply_problem(reply, PROBLEM_NOT_FOUND, "there is no report yet: GET has it measured");
     else if (report_keeper_begin(service->reports, &WORK_PRECISION_SHORT) == REPORT_NO_THREAD)
         reply_problem(reply, PROBLEM_BUSY, "no thread can be had");

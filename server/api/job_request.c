@@ -54,7 +54,11 @@ char *job_request_print_estimate(const struct service *service, const struct bcd
     /* All workers are at what goes before, and then as many at this as it has chunks. */
     double all = (double)workers.alive, some = fmin(all, (double)chunks);
     ahead.finishes_in = all > 0 ? before.seconds / all + estimate.core_seconds / some : INFINITY;
-    return record_json_estimate(&estimate, chunks, &ahead);
+    char *derived = scene_json_derived(scene);
+    ahead.derived = derived;
+    char *print = derived ? record_json_estimate(&estimate, chunks, &ahead) : NULL;
+    free(derived);
+    return print;
 }
 
 void job_request_over_quota(const struct service *service, const char *name,

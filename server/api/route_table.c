@@ -94,6 +94,12 @@ static const struct query_row sweeps_query[] = {
     {0},
 };
 
+static const struct query_row report_query[] = {
+    {"begin", QUERY_BOOLEAN,
+     .doc = "false: 404 while there is none, instead of having it measured"},
+    {0},
+};
+
 static const struct query_row measure_query[] = {
     {"budget", QUERY_NUMBER, .min = 0.01, .max = 60, .doc = "core seconds of one entry"},
     {0},
@@ -202,14 +208,16 @@ static const struct route routes[] = {
      .answers = {{200, JSON, "Theory"}}},
     {"GET", WORK, ROLE_READER, handle_reports_json, "getWorkPrecision",
      "error against run time on this machine",
-     "202 while it is being measured, which the first request begins.",
+     "202 while it is being measured, which the first request begins.", .query = report_query,
      .answers = {{200, JSON, "WorkPrecision"}, {202, JSON, "ReportState"}},
      .problems = P(NOT_FOUND)},
     {"GET", WORK ".csv", ROLE_READER, handle_reports_csv, "getWorkPrecisionCsv",
-     "error against run time as CSV", .answers = {{200, CSV}, {202, JSON, "ReportState"}},
+     "error against run time as CSV", .query = report_query,
+     .answers = {{200, CSV}, {202, JSON, "ReportState"}},
      .problems = P(NOT_FOUND)},
     {"GET", WORK ".svg", ROLE_READER, handle_reports_svg, "getWorkPrecisionPicture",
-     "error against run time as a picture", .answers = {{200, SVG}, {202, JSON, "ReportState"}},
+     "error against run time as a picture", .query = report_query,
+     .answers = {{200, SVG}, {202, JSON, "ReportState"}},
      .problems = P(NOT_FOUND)},
     {"POST", WORK, ROLE_OPERATOR, handle_reports_measure, "measureWorkPrecision",
      "measure it again; ?budget=", .query = measure_query,

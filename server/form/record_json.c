@@ -75,6 +75,7 @@ static void add_ahead(struct text *text, const struct record_ahead *ahead)
         text_add(text, "null");
     record_json_add_time(text, "finishes_at",
                          ends ? ahead->now_ms + (int64_t)(1000 * ahead->finishes_in) : 0);
+    text_add(text, ",\"derived\":%s", ahead->derived);
 }
 
 char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks,

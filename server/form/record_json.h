@@ -31,6 +31,7 @@ struct record_ahead {
     double core_seconds_before;
     double finishes_in; /* seconds from now; of a server without workers infinity */
     int64_t now_ms;
+    const char *derived; /* of the job: JSON, as scene_json_derived() gives it */
 };
 
 /* {"memory_bytes":..,"result_bytes":..,...}; of a job that this many chunks are made of. ahead may

@@ -107,3 +107,13 @@ export function curl(path, { method, body } = {}) {
     words.push(`-d ${quote(JSON.stringify(body))}`);
   return words.join(' ');
 }
+
+// An answer as a file of the user's.
+export async function save(path, name) {
+  const url = URL.createObjectURL(await (await send('GET', path)).blob());
+  const a = document.createElement('a');
+  a.href = url;
+  a.download = name;
+  a.click();
+  setTimeout(() => URL.revokeObjectURL(url), 10000);
+}

@@ -7,6 +7,8 @@ import { place } from './place.js';
 
 const views = {
   jobs: () => import('./jobs.js'), job: () => import('./job.js'),
+  sweeps: () => import('./sweeps.js'), sweep: () => import('./sweep.js'),
+  submit: () => import('./submit.js'), reports: () => import('./reports.js'),
 };
 const main = document.getElementById('main');
 let leave = null; // ends what the view shown has begun

@@ -5,7 +5,7 @@
 //   line    x, y [, dash]             band   x, low, high
 //   points  x, y [, error]            steps  x, y (bins around x)      bars  x, y [, error]
 //   level   y                         slope  x, y (two ends; dotted)
-// `series` is a number: colour, shape and dash go by it.
+// `series` is a number: colour, shape and dash go by it; from STYLES on shapes are hollow.
 import { s } from './dom.js';
 import { range, scale } from './plot_scale.js';
 
@@ -123,7 +123,7 @@ const kinds = {
     return s('path', { class: style(mark, 'band'), d: up.length ? `M${up.join('L')}L${back.join('L')}Z` : '' });
   },
   points: (mark, x, y) => {
-    const group = s('g', { class: style(mark, 'points') });
+    const group = s('g', { class: style(mark, `points ${mark.series >= STYLES ? 'hollow' : ''}`) });
     if (mark.error)
       group.append(errorBars(mark, x, y));
     let d = '';
