@@ -5,6 +5,7 @@
  * THREADS  All signals that end the daemon are blocked before the first thread starts; only the
  * main thread takes them, with sigwait, and does nothing else.
  */
+#include "aside.h"
 #include "bcd.h"
 #include "config.h"
 #include "crash.h"
@@ -30,6 +31,8 @@
 enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 4096 };
 
 static int serve(const struct config *config);
+static bool start_threads(const struct config *config, struct service *service, char *reason,
+                          size_t size);
 static void announce(const struct config *config, uint16_t port);
 static void observe(void *context, const struct http_done *done);
 static void wake(void *http);
@@ -92,14 +95,8 @@ static int serve(const struct config *config)
     if (feed_create(&service.feed, service.store, service.queue) != STORE_OK)
         goto cleanup;
     service.reports = report_keeper_create(service.store);
-    if (!service.reports)
+    if (!service.reports || !start_threads(config, &service, reason, sizeof(reason)))
         goto cleanup;
-    service.workers = workers_start(config->workers, service.queue, service.store);
-    if (!service.workers) {
-        snprintf(reason, sizeof(reason), "%zu worker threads cannot be had", config->workers);
-        goto cleanup;
-    }
-    workers_step_back(service.workers, config->nice);
     const struct http_options options = {.host = config->host,
                                          .names = config->names,
                                          .port = config->port,
@@ -123,7 +120,9 @@ cleanup:
         fprintf(stderr, "bcdd: %s\n", reason);
     if (service.feed)
         feed_wake(service.feed, NULL, NULL);
+    aside_stop(service.aside); /* it calls http.c */
     http_stop(http);
+    aside_free(service.aside);
     if (service.queue)
         queue_stop(service.queue);
     report_keeper_free(service.reports);
@@ -134,6 +133,21 @@ cleanup:
     store_close(service.store);
     description_fini(&description);
     return result;
+}
+
+static bool start_threads(const struct config *config, struct service *service, char *reason,
+                          size_t size)
+{
+    service->workers = workers_start(config->workers, service->queue, service->store);
+    if (!service->workers) {
+        snprintf(reason, size, "%zu worker threads cannot be had", config->workers);
+        return false;
+    }
+    workers_step_back(service->workers, config->nice);
+    service->aside = aside_create();
+    if (!service->aside)
+        snprintf(reason, size, "the thread for sweeps cannot be had");
+    return service->aside != NULL;
 }
 
 static void observe(void *context, const struct http_done *done)

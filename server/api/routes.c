@@ -1,11 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "routes.h"
+#include "aside.h"
 #include "reply.h"
 #include "route_query.h"
+#include "store_settle.h"
 
 #include <stdio.h>
 #include <string.h>
 
+static void go(const struct service *service, const struct route *route, const struct call *call,
+               struct reply *reply);
+static bool must_wait(const struct service *service, const struct request *request,
+                      struct reply *reply);
 static bool let_in(const struct service *service, const struct route *route, struct call *call,
                    struct reply *reply);
 static bool query_fits(const struct route *route, const struct request *request,
@@ -14,8 +20,12 @@ static bool match(const char *pattern, const char *path, struct call *call);
 static size_t capture(const char *kind, const char *path, char arg[CALL_ARG_SIZE]);
 static void add_allowed(char *allow, size_t size, const char *method);
 
-void routes_dispatch(void *service, const struct request *request, struct reply *reply)
+void routes_dispatch(void *context, const struct request *as_asked, struct reply *reply)
 {
+    const struct service *service = context;
+    struct request own = *as_asked, *request = &own;
+    if (own.held == service->store) /* it was held by must_wait, which no handler knows */
+        own.held = NULL;
     const char *method = strcmp(request->method, "HEAD") == 0 ? "GET" : request->method;
     struct call call = {.request = request};
     char allow[sizeof(reply->allow)] = "";
@@ -29,7 +39,7 @@ void routes_dispatch(void *service, const struct request *request, struct reply 
         }
         reply->route = route->pattern;
         if (let_in(service, route, &call, reply) && query_fits(route, request, reply))
-            route->handle(service, &call, reply);
+            go(service, route, &call, reply);
         return;
     }
     if (allow[0])
@@ -37,6 +47,34 @@ void routes_dispatch(void *service, const struct request *request, struct reply 
     else
         reply_problem(reply, PROBLEM_NOT_FOUND,
                       "there is nothing at this path; GET /v1 lists the paths");
+}
+
+static void go(const struct service *service, const struct route *route, const struct call *call,
+               struct reply *reply)
+{
+    bool reads = strcmp(route->method, "GET") == 0 || route->role <= ROLE_READER;
+    if (route->aside && service->aside)
+        aside_answer(service->aside, route->handle, service, call, reply);
+    else if (reads || !must_wait(service, call->request, reply))
+        route->handle(service, call, reply);
+}
+
+static bool may_write(void *store)
+{
+    return !store_busy(store);
+}
+
+/* Who wants to write while a large sweep is being kept rests until that is done: to wait for the
+ * store would keep a thread that others are served by. */
+static bool must_wait(const struct service *service, const struct request *request,
+                      struct reply *reply)
+{
+    enum { LOOK_MS = 10000 };
+    if (!service->aside || request->last || !store_busy(service->store))
+        return false;
+    reply_hold_take(reply, &(const struct hold){
+                               .ready = may_write, .state = service->store, .wait_ms = LOOK_MS});
+    return true;
 }
 
 /* False, with the reply filled, when this route is not for who asks. */
@@ -52,6 +90,8 @@ static bool let_in(const struct service *service, const struct route *route, str
     if (call->identity.role >= route->role)
         return true;
     if (call->identity.role == ROLE_NONE) {
+        if (must_wait(service, call->request, reply)) /* it is written down */
+            return false;
         access_note_refusal(service->access, route->pattern, why);
         reply_problem(reply, PROBLEM_WHO, "%s", why);
     } else {

@@ -18,6 +18,7 @@
 #include <stdatomic.h>
 
 struct description;
+struct aside;
 struct metrics;
 struct stream_counts;
 
@@ -27,6 +28,7 @@ enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 struct service {
     struct store *store;
     struct queue *queue;
+    struct aside *aside;   /* NULL = long requests are answered at once, and so is who writes */
     struct access *access; /* NULL = everybody is OWNER_LOCAL, and may do everything */
     struct feed *feed;
     atomic_flag *theory;                   /* set while one is computed; NULL = no limit */

@@ -354,6 +354,8 @@ static struct store *store_create(const char *dir)
         return NULL;
     store->lock_fd = -1;
     atomic_init(&store->tally.writable, true);
+    atomic_init(&store->large, 0);
+    atomic_init(&store->unsettled, false);
     pthread_mutex_init(&store->write_mutex, NULL);
     pthread_mutex_init(&store->read_mutex, NULL);
     pthread_cond_init(&store->read_returned, NULL);

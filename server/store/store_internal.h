@@ -11,6 +11,7 @@
 #include "store_jobs.h"
 #include "store_results.h"
 #include "store_owners.h"
+#include "store_settle.h"
 #include "store_watch.h"
 
 #include <sqlite3.h>
@@ -57,6 +58,8 @@ struct store {
     int begin_line;
     struct watch watch;
     struct store_tally tally;
+    atomic_int large;      /* transactions that take seconds, in progress or about to begin */
+    atomic_bool unsettled; /* one left something to store_settle */
     pthread_mutex_t read_mutex;
     pthread_cond_t read_returned;
     sqlite3 *idle[STORE_READERS];
@@ -85,6 +88,14 @@ enum store_status store_begin(struct store *store, sqlite3 **db, const char *fil
 
 /* Commits if status is STORE_OK, else rolls back; returns what became of it. */
 enum store_status store_end(struct store *store, enum store_status status);
+
+/* Around store_begin and store_end of a transaction with thousands of rows: store_busy is true, and
+ * store_settle has something to do. */
+void store_large_begin(struct store *store);
+void store_large_end(struct store *store);
+
+/* COMMIT; a large one leaves the log as long as it is. */
+enum store_status store_commit(struct store *store);
 
 /* The moves of the transaction that just ended, for store_watch_tell after write_mutex was let go;
  * they are forgotten in the store. */

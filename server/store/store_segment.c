@@ -433,15 +433,28 @@ enum store_status store_segment_inserted(sqlite3 *db, int64_t seq)
     return seq % SEGMENT_JOBS == SEGMENT_JOBS - 1 ? seal(db, seq >> SEGMENT_BITS) : STORE_OK;
 }
 
+#define UNSEALED                                                                                   \
+    "WITH RECURSIVE all_segments (segment) AS (SELECT 0 UNION ALL"                                 \
+    " SELECT segment + 1 FROM all_segments"                                                        \
+    " WHERE segment + 1 < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10)"                   \
+    " SELECT segment FROM all_segments"                                                            \
+    " WHERE segment < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10"                        \
+    " AND segment NOT IN (SELECT segment FROM job_segments)"
+
+enum store_status store_segment_seal_next(sqlite3 *db, bool *sealed)
+{
+    struct stmt row = stmt_init(db, UNSEALED " LIMIT 1");
+    int64_t segment = 0;
+
+    *sealed = stmt_step(&row);
+    if (*sealed)
+        segment = stmt_integer(&row, 0);
+    return stmt_fini(&row) || !*sealed ? row.status : seal(db, segment);
+}
+
 enum store_status store_segment_seal_all(sqlite3 *db)
 {
-    struct stmt row =
-        stmt_init(db, "WITH RECURSIVE all_segments (segment) AS (SELECT 0 UNION ALL"
-                      " SELECT segment + 1 FROM all_segments"
-                      " WHERE segment + 1 < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10)"
-                      " SELECT segment FROM all_segments"
-                      " WHERE segment < ((SELECT coalesce(max(seq), 0) FROM jobs) + 1) >> 10"
-                      " AND segment NOT IN (SELECT segment FROM job_segments)");
+    struct stmt row = stmt_init(db, UNSEALED);
     enum store_status status = store_news_index_old(db);
 
     while (status == STORE_OK && stmt_step(&row))

@@ -4,8 +4,8 @@
  * (schema/: job_segments, job_columns, job_news). For store*.c only.
  *
  * Whoever inserts jobs calls store_segment_inserted after each, whoever ends jobs
- * store_segment_settle, both in the same transaction. Forgetting it makes lists slow until the
- * next start, never wrong.
+ * store_segment_settle, both in the same transaction; thousands may be left to store_settle.
+ * Forgetting it makes lists slow until the next start, never wrong.
  */
 #ifndef STORE_SEGMENT_H
 #define STORE_SEGMENT_H
@@ -28,8 +28,10 @@ enum store_status store_segment_fold(sqlite3 *db, int64_t segment);
 /* The number of a path among job_keys, where it is put if it is new. */
 enum store_status store_segment_key(sqlite3 *db, const char *path, int64_t *key);
 
-/* Seals whatever is not sealed and could be: after a migration, and where a job was changed. */
+/* Seals whatever is not sealed and could be: after a migration, and where a job was changed. The
+ * same one by one; *sealed = false: there was none. */
 enum store_status store_segment_seal_all(sqlite3 *db);
+enum store_status store_segment_seal_next(sqlite3 *db, bool *sealed);
 
 /* Columns by path, gathered from jobs. */
 struct gathered {

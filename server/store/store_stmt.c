@@ -99,7 +99,7 @@ enum store_status store_end(struct store *store, enum store_status status)
     struct watch moves;
 
     if (status == STORE_OK)
-        status = store_exec(store->writer, "COMMIT");
+        status = store_commit(store);
     if (status == STORE_FULL || status == STORE_BROKEN)
         log_write(LOG_LEVEL_ERROR, "store_rolled_back",
                   LOG_FIELDS(log_text("file", store->begin_file),

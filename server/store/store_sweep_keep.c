@@ -236,6 +236,8 @@ enum store_status keeper_end(const struct keeper *keeper)
 
     if (status == STORE_OK)
         status = tag_jobs(keeper);
+    if (keeper->jobs >= KEEP_LARGE)
+        return status;
     for (int64_t seq = keeper->last + 1; seq < keeper->next && status == STORE_OK; seq++)
         status = store_segment_inserted(keeper->db, seq);
     return status;

@@ -38,4 +38,8 @@ enum store_status keep_job(struct keeper *keeper, const struct job_new *job, int
  */
 enum store_status keeper_end(const struct keeper *keeper);
 
+/* So many points make a transaction large (store_large_begin): their jobs' index is left to
+ * store_settle. */
+enum { KEEP_LARGE = 4096 };
+
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * store_sweep_rows.c - sweeps are looked at and cancelled; see store_sweeps.h. */
 #include "store_segment.h"
+#include "store_sweep_keep.h"
 #include "store_sweeps_internal.h"
 
 #include <stdio.h>
@@ -275,12 +276,16 @@ enum store_status store_sweeps_cancel(struct store *store, const char *id,
     struct sweep_record found = {0};
     char(*ids)[JOB_ID_SIZE] = NULL;
     size_t ran = 0;
+    bool large = false;
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
 
     if (status)
         return status;
     status = store_sweeps_find_alive(db, id, &found);
+    large = status == STORE_OK && found.points >= KEEP_LARGE;
+    if (large)
+        store_large_begin(store);
     if (status == STORE_OK)
         status = mark_cancelled(db, found.seq);
     if (status == STORE_OK)
@@ -294,6 +299,8 @@ enum store_status store_sweeps_cancel(struct store *store, const char *id,
     if (status == STORE_OK)
         status = store_sweeps_audit(db, by, "sweep.cancel", &found, found.points);
     status = store_end(store, status);
+    if (large)
+        store_large_end(store);
     sweep_record_fini(&found);
     if (status) {
         free(ids);

@@ -168,8 +168,8 @@ static enum store_status insert_again(sqlite3 *db, const struct sweep_new *sweep
     return status ? status : find_key(db, sweep, record);
 }
 
-enum store_status store_sweeps_insert(struct store *store, const struct sweep_new *sweep,
-                                      struct sweep_record *record, bool *existed)
+static enum store_status insert_or_find(struct store *store, const struct sweep_new *sweep,
+                                        struct sweep_record *record, bool *existed)
 {
     struct sweep_record found = {0};
     bool known_key, stands = false;
@@ -193,6 +193,20 @@ enum store_status store_sweeps_insert(struct store *store, const struct sweep_ne
     *record = found;
     *existed = known_key || stands;
     return STORE_OK;
+}
+
+enum store_status store_sweeps_insert(struct store *store, const struct sweep_new *sweep,
+                                      struct sweep_record *record, bool *existed)
+{
+    bool large = sweep->source->count >= KEEP_LARGE;
+    enum store_status status;
+
+    if (large)
+        store_large_begin(store);
+    status = insert_or_find(store, sweep, record, existed);
+    if (large)
+        store_large_end(store);
+    return status;
 }
 
 /* ------------------------------------------------------------------ extension */
@@ -220,9 +234,8 @@ static enum store_status grow(sqlite3 *db, int64_t seq, const struct sweep_exten
     return stmt_run(&row, NULL);
 }
 
-enum store_status store_sweeps_extend(struct store *store, const char *id,
-                                      const struct sweep_extension *more,
-                                      struct sweep_record *record)
+static enum store_status extend(struct store *store, const char *id,
+                                const struct sweep_extension *more, struct sweep_record *record)
 {
     struct sweep_record found = {0}, grown = {0};
     sqlite3 *db;
@@ -250,6 +263,21 @@ enum store_status store_sweeps_extend(struct store *store, const char *id,
         sweep_record_fini(&grown);
     else
         *record = grown;
+    return status;
+}
+
+enum store_status store_sweeps_extend(struct store *store, const char *id,
+                                      const struct sweep_extension *more,
+                                      struct sweep_record *record)
+{
+    bool large = more->source->count >= KEEP_LARGE;
+    enum store_status status;
+
+    if (large)
+        store_large_begin(store);
+    status = extend(store, id, more, record);
+    if (large)
+        store_large_end(store);
     return status;
 }
 
@@ -312,6 +340,7 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
     struct sweep_record found = {0};
     int64_t *jobs = NULL;
     size_t failed = 0;
+    bool large = false;
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
 
@@ -320,6 +349,9 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
     status = store_sweeps_find_alive(db, id, &found);
     if (status == STORE_OK)
         status = failed_jobs(db, found.seq, &jobs, &failed);
+    large = failed >= KEEP_LARGE;
+    if (large)
+        store_large_begin(store);
     if (status == STORE_OK) {
         struct keeper keeper;
 
@@ -333,6 +365,8 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
     if (status == STORE_OK && failed > 0)
         status = store_sweeps_audit(db, by, "sweep.retry", &found, found.counts[JOB_FAILED]);
     status = store_end(store, status);
+    if (large)
+        store_large_end(store);
     if (status == STORE_OK)
         *count = found.counts[JOB_FAILED];
     free(jobs);

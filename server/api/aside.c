@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "aside.h"
+#include "limits.h"
+#include "reply.h"
+#include "store_settle.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TEXTS = 5, HOLD_MS = 60000 };
+
+/* THREADS  Who works at it fills in the reply before `done` is set, whoever takes the reply looks
+ * at `done` first. The rest does not change, but for `next`: under the aside's mutex. */
+struct errand {
+    atomic_int holders; /* the connection's hold, and the aside until it is done with it */
+    atomic_bool done;
+    handler *handle;
+    const struct service *service;
+    struct call call;
+    struct request request; /* with texts of its own: */
+    char *texts[TEXTS];
+    struct reply reply;
+    struct errand *next;
+};
+
+/* THREADS  `mutex` guards all but thread and running. */
+struct aside {
+    pthread_mutex_t mutex;
+    pthread_cond_t moved; /* something came, or is done, or it is to stop */
+    struct errand *first, *last;
+    size_t waiting;
+    bool stop;
+    pthread_t thread;
+    bool running;
+};
+
+static struct errand *begin(struct aside *aside, handler *handle, const struct service *service,
+                            const struct call *call, struct reply *reply);
+static struct errand *copy(const struct call *call);
+static bool push(struct aside *aside, struct errand *errand);
+static void *work(void *aside);
+static struct errand *pop(struct aside *aside);
+static void answer(struct aside *aside, struct errand *errand, bool refuse);
+static bool is_done(void *errand);
+static void release(void *errand);
+static void pulse(const struct service *service);
+
+struct aside *aside_create(void)
+{
+    struct aside *aside = calloc(1, sizeof(*aside));
+    if (!aside)
+        return NULL;
+    pthread_mutex_init(&aside->mutex, NULL);
+    pthread_cond_init(&aside->moved, NULL);
+    aside->running = pthread_create(&aside->thread, NULL, work, aside) == 0;
+    if (aside->running) {
+        pthread_setname_np(aside->thread, "sweeps");
+        return aside;
+    }
+    aside_free(aside);
+    return NULL;
+}
+
+void aside_stop(struct aside *aside)
+{
+    if (!aside)
+        return;
+    pthread_mutex_lock(&aside->mutex);
+    aside->stop = true;
+    pthread_cond_broadcast(&aside->moved);
+    pthread_mutex_unlock(&aside->mutex);
+    if (aside->running)
+        pthread_join(aside->thread, NULL);
+    aside->running = false;
+}
+
+void aside_free(struct aside *aside)
+{
+    if (!aside)
+        return;
+    aside_stop(aside);
+    pthread_cond_destroy(&aside->moved);
+    pthread_mutex_destroy(&aside->mutex);
+    free(aside);
+}
+
+void aside_answer(struct aside *aside, handler *handle, const struct service *service,
+                  const struct call *call, struct reply *reply)
+{
+    struct errand *errand = call->request->held;
+    if (!errand)
+        errand = begin(aside, handle, service, call, reply);
+    if (!errand)
+        return;
+    if (call->request->last) { /* the server is stopping: so is the aside, soon */
+        pthread_mutex_lock(&aside->mutex);
+        while (!atomic_load(&errand->done))
+            pthread_cond_wait(&aside->moved, &aside->mutex);
+        pthread_mutex_unlock(&aside->mutex);
+    }
+    if (!atomic_load(&errand->done)) {
+        if (call->request->held) /* the hold before is let go of */
+            atomic_fetch_add(&errand->holders, 1);
+        reply_hold_take(
+            reply, &(const struct hold){
+                       .ready = is_done, .free = release, .state = errand, .wait_ms = HOLD_MS});
+        return;
+    }
+    reply_fini(reply);
+    *reply = errand->reply;
+    errand->reply = (struct reply){0};
+    if (!call->request->held)
+        release(errand);
+}
+
+/* NULL with the reply filled. */
+static struct errand *begin(struct aside *aside, handler *handle, const struct service *service,
+                            const struct call *call, struct reply *reply)
+{
+    struct errand *errand = copy(call);
+    if (!errand) {
+        reply_bcd(reply, BCD_NO_MEMORY, NULL);
+        return NULL;
+    }
+    errand->handle = handle;
+    errand->service = service;
+    errand->reply.route = reply->route;
+    memcpy(errand->reply.owner, reply->owner, sizeof(errand->reply.owner));
+    atomic_init(&errand->holders, 2);
+    if (push(aside, errand))
+        return errand;
+    atomic_store(&errand->holders, 1);
+    release(errand);
+    reply_problem(reply, PROBLEM_BUSY,
+                  "%d requests wait for a long one already (LIMIT_ASIDE_MAX), or the server stops",
+                  LIMIT_ASIDE_MAX);
+    return NULL;
+}
+
+/* What handlers of long requests read of the request. */
+static struct errand *copy(const struct call *call)
+{
+    const struct request *from = call->request;
+    struct errand *errand = calloc(1, sizeof(*errand));
+    if (!errand)
+        return NULL;
+    errand->call = *call;
+    errand->call.request = &errand->request;
+    errand->request = (struct request){.body_size = from->body_size, .last = true};
+    const struct {
+        const char *text, **to;
+    } texts[TEXTS] = {{from->method, &errand->request.method},
+                      {from->path, &errand->request.path},
+                      {from->idempotency_key, &errand->request.idempotency_key},
+                      {from->content_type, &errand->request.content_type},
+                      {from->id, &errand->request.id}};
+    bool sound = true;
+    for (size_t i = 0; i < TEXTS; i++) {
+        *texts[i].to = errand->texts[i] = texts[i].text ? strdup(texts[i].text) : NULL;
+        sound = sound && !texts[i].text == !errand->texts[i];
+    }
+    char *body = malloc(from->body_size + 1);
+    errand->request.body = body;
+    if (body) {
+        memcpy(body, from->body, from->body_size);
+        body[from->body_size] = '\0';
+    }
+    if (sound && body)
+        return errand;
+    atomic_init(&errand->holders, 1);
+    release(errand);
+    return NULL;
+}
+
+static bool push(struct aside *aside, struct errand *errand)
+{
+    pthread_mutex_lock(&aside->mutex);
+    bool taken = !aside->stop && aside->waiting < LIMIT_ASIDE_MAX;
+    if (taken) {
+        if (aside->last)
+            aside->last->next = errand;
+        else
+            aside->first = errand;
+        aside->last = errand;
+        aside->waiting++;
+        pthread_cond_broadcast(&aside->moved);
+    }
+    pthread_mutex_unlock(&aside->mutex);
+    return taken;
+}
+
+static void *work(void *context)
+{
+    struct aside *aside = context;
+    struct errand *errand;
+    while ((errand = pop(aside)) != NULL) {
+        pthread_mutex_lock(&aside->mutex);
+        bool refuse = aside->stop;
+        pthread_mutex_unlock(&aside->mutex);
+        const struct service *service = errand->service;
+        answer(aside, errand, refuse);
+        /* What the store has put off, and those who wait for it need not know. */
+        if (!refuse && store_settle(service->store))
+            pulse(service);
+    }
+    return NULL;
+}
+
+/* NULL = there is none, and there will be none. */
+static struct errand *pop(struct aside *aside)
+{
+    pthread_mutex_lock(&aside->mutex);
+    while (!aside->first && !aside->stop)
+        pthread_cond_wait(&aside->moved, &aside->mutex);
+    struct errand *errand = aside->first;
+    if (errand) {
+        aside->first = errand->next;
+        aside->last = aside->first ? aside->last : NULL;
+        aside->waiting--;
+    }
+    pthread_mutex_unlock(&aside->mutex);
+    return errand;
+}
+
+static void answer(struct aside *aside, struct errand *errand, bool refuse)
+{
+    const struct service *service = errand->service;
+    if (refuse)
+        reply_problem(&errand->reply, PROBLEM_BUSY, "the server is stopping");
+    else
+        errand->handle(service, &errand->call, &errand->reply);
+    pthread_mutex_lock(&aside->mutex);
+    atomic_store(&errand->done, true);
+    pthread_cond_broadcast(&aside->moved);
+    pthread_mutex_unlock(&aside->mutex);
+    release(errand);
+    pulse(service);
+}
+
+static bool is_done(void *errand)
+{
+    return atomic_load(&((struct errand *)errand)->done);
+}
+
+static void release(void *state)
+{
+    struct errand *errand = state;
+    if (atomic_fetch_sub(&errand->holders, 1) > 1)
+        return;
+    for (size_t i = 0; i < TEXTS; i++)
+        free(errand->texts[i]);
+    free((char *)errand->request.body);
+    reply_fini(&errand->reply);
+    free(errand);
+}
+
+/* Connections that rest are looked after. */
+static void pulse(const struct service *service)
+{
+    struct http *http = atomic_load(&service->http);
+    if (http)
+        http_pulse(http);
+}
