@@ -116,14 +116,19 @@ void handle_sweeps_retry(const struct service *service, const struct call *call,
                          struct reply *reply)
 {
     struct sweep_record record = {0};
+    struct quota_need need = {{0}};
     int64_t count = 0;
     if (!find_own(service, call, &record, reply))
         return;
     enum store_status status =
-        store_sweeps_retry(service->store, record.id, &call->identity, &count);
+        store_sweeps_retry(service->store, record.id, &call->identity, &count, &need);
     if (status == STORE_OK && count > 0)
         queue_take(service->queue, record.ticket.owner);
+    if (status == STORE_QUOTA)
+        job_request_over_quota(service, record.ticket.owner, &need, reply);
     sweep_record_fini(&record);
+    if (status == STORE_QUOTA)
+        return;
     if (status == STORE_OK)
         status = store_sweeps_get(service->store, call->arg[0], &record);
     if (status == STORE_OK)
@@ -170,18 +175,11 @@ static bool sound(struct sweep_make *make, struct reply *reply)
     return status == BCD_OK;
 }
 
-/* What all points need together; those that stand already are counted, too. */
-static void refuse_quota(const struct service *service, const char *owner,
-                         const struct sweep_make *make, struct reply *reply)
-{
-    struct quota_need need = sweep_make_need(make);
-    job_request_over_quota(service, owner, &need, reply);
-}
-
 static void keep(const struct service *service, const struct sweep *sweep, struct sweep_make *make,
                  struct sweep_new *kept, struct reply *reply)
 {
     struct sweep_record record = {0};
+    struct quota_need need = {{0}};
     bool existed = false;
     char *base = sweep_json_base(sweep), *axes = sweep_json_axes(sweep);
     char *zip = sweep_json_zip(sweep);
@@ -189,6 +187,7 @@ static void keep(const struct service *service, const struct sweep *sweep, struc
     kept->base = base;
     kept->axes = axes;
     kept->zip = zip;
+    kept->need = &need;
     if (base && axes && zip)
         status = store_sweeps_insert(service->store, kept, &record, &existed);
     if (status == STORE_CONFLICT) {
@@ -196,7 +195,7 @@ static void keep(const struct service *service, const struct sweep *sweep, struc
             reply_problem(reply, PROBLEM_KEY_REUSED,
                           "this Idempotency-Key came with something else before");
     } else if (status == STORE_QUOTA) {
-        refuse_quota(service, kept->ticket->owner, make, reply);
+        job_request_over_quota(service, kept->ticket->owner, &need, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the sweep was not taken");
     } else {
@@ -228,6 +227,7 @@ static void extend(const struct service *service, const struct call *call,
                    const struct sweep_record *record, struct sweep *sweep, struct reply *reply)
 {
     struct sweep_record grown = {0};
+    struct quota_need need = {{0}};
     struct sweep_make *make =
         sweep_make_create(sweep, queue_calibration(service->queue), record->ticket.owner);
     char *axes = sweep_json_axes(sweep);
@@ -237,7 +237,8 @@ static void extend(const struct service *service, const struct call *call,
     const struct sweep_extension more = {.axes = axes,
                                          .by = &call->identity,
                                          .had = record->points,
-                                         .source = sweep_make_source(make)};
+                                         .source = sweep_make_source(make),
+                                         .need = &need};
     if (axes)
         status = store_sweeps_extend(service->store, record->id, &more, &grown);
     if (status == STORE_CONFLICT) {
@@ -246,7 +247,7 @@ static void extend(const struct service *service, const struct call *call,
                           "sweep %s was cancelled, or extended by somebody else meanwhile",
                           record->id);
     } else if (status == STORE_QUOTA) {
-        refuse_quota(service, record->ticket.owner, make, reply);
+        job_request_over_quota(service, record->ticket.owner, &need, reply);
     } else if (status != STORE_OK) {
         reply_store(reply, status, "the sweep was not extended");
     } else {

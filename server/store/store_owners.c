@@ -41,7 +41,9 @@ enum quota owner_record_excess(const struct owner_record *record, const struct q
 {
     int i = 0;
 
-    while (i < QUOTAS && owner_record_use(record, i) + need->value[i] <= record->quota[i])
+    while (i < QUOTAS &&
+           (!(need->value[i] > 0) ||
+            owner_record_use(record, i) + need->value[i] <= record->quota[i]))
         i++;
     return (enum quota)i;
 }

@@ -28,6 +28,8 @@ static enum store_status last_job(sqlite3 *db, int64_t *seq)
     return stmt_fini(&row);
 }
 
+enum { POINT_BYTES = 48 }; /* as schema/008 has it */
+
 /* Where the same job stands, the row that comes later is passed over. */
 #define JOB_SQL                                                                                    \
     "INSERT OR ROLLBACK INTO jobs (seq, id, hash, state, submitted_ms, chunks, job, derived, "     \
@@ -134,6 +136,8 @@ static enum store_status keep_rows(struct keeper *keeper, const struct sweep_poi
     rows->points = points;
     rows->count = count;
     rows->first_point = first;
+    for (size_t i = 0; i < count; i++)
+        keeper->text_bytes += (int64_t)strlen(points[i].place) + POINT_BYTES;
     status = keep_jobs(keeper);
     return status ? status : stmt_run_again(&keeper->point, NULL);
 }
@@ -173,22 +177,26 @@ enum store_status keep_job(struct keeper *keeper, const struct job_new *job, int
 /* ----------------------------------------------------------------------- end */
 
 /* Counters of states, of the owner and of the sweep; first whether the owner may have so much. */
-static enum store_status book(const struct keeper *keeper)
+static enum store_status book(const struct keeper *keeper, struct quota_need *wanted)
 {
     static const char *const sql[] = {
         "UPDATE job_counts SET jobs = jobs + :jobs WHERE state = 'queued'",
         "INSERT OR IGNORE INTO owners (owner) VALUES (:owner)",
         "UPDATE owners SET queued = queued + :jobs, waiting_seconds = waiting_seconds + :seconds,"
         " bytes = bytes + :bytes WHERE owner = :owner",
+        "UPDATE sweeps SET bytes = bytes + :text_bytes WHERE seq = :sweep", /* and so the owner's */
         "UPDATE sweep_counts SET points = 0 WHERE sweep = :sweep",
         "UPDATE sweep_counts SET points = found.points FROM"
         " (SELECT j.state AS state, count(*) AS points FROM sweep_points AS p"
         "  JOIN jobs AS j ON j.seq = p.job WHERE p.sweep = :sweep GROUP BY j.state) AS found"
         " WHERE sweep = :sweep AND sweep_counts.state = found.state",
     };
-    const struct quota_need need = {{(double)keeper->jobs, keeper->seconds, (double)keeper->bytes}};
+    const struct quota_need need = {
+        {(double)keeper->jobs, keeper->seconds, (double)(keeper->bytes + keeper->text_bytes)}};
     enum store_status status = store_owners_check(keeper->db, keeper->ticket->owner, &need);
 
+    if (status == STORE_QUOTA && wanted)
+        *wanted = need;
     for (size_t i = 0; i < sizeof sql / sizeof sql[0] && status == STORE_OK; i++) {
         struct stmt row = stmt_init(keeper->db, sql[i]);
 
@@ -200,6 +208,8 @@ static enum store_status book(const struct keeper *keeper)
             stmt_bind_number(&row, ":seconds", keeper->seconds);
         if (strstr(sql[i], ":bytes"))
             stmt_bind_integer(&row, ":bytes", keeper->bytes);
+        if (strstr(sql[i], ":text_bytes"))
+            stmt_bind_integer(&row, ":text_bytes", keeper->text_bytes);
         if (strstr(sql[i], ":sweep"))
             stmt_bind_integer(&row, ":sweep", keeper->sweep);
         status = stmt_run(&row, NULL);
@@ -230,9 +240,9 @@ static enum store_status tag_jobs(const struct keeper *keeper)
     return status;
 }
 
-enum store_status keeper_end(const struct keeper *keeper)
+enum store_status keeper_end(const struct keeper *keeper, struct quota_need *need)
 {
-    enum store_status status = book(keeper);
+    enum store_status status = book(keeper, need);
 
     if (status == STORE_OK)
         status = tag_jobs(keeper);

@@ -17,6 +17,8 @@ struct keeper {
     int64_t last, next;  /* the youngest job that was there before; seq of the next new one */
     int64_t jobs, bytes; /* new ones, and what they are expected to need */
     double seconds;
+    int64_t
+        text_bytes; /* of the sweep itself: its points; texts of the sweep are added by callers */
     struct stmt find, job, point;
     struct incoming *rows;
 };
@@ -34,9 +36,9 @@ enum store_status keep_points(struct keeper *keeper, const struct sweep_source *
 /* The job that stands, or a new one of this sweep. */
 enum store_status keep_job(struct keeper *keeper, const struct job_new *job, int64_t *seq);
 
-/* What every insertion ends with, after keeper_fini: STORE_QUOTA if the owner may not have so much.
- */
-enum store_status keeper_end(const struct keeper *keeper);
+/* What every insertion ends with, after keeper_fini. STORE_QUOTA: the owner may not have so much as
+ * *need then says (may be NULL). */
+enum store_status keeper_end(const struct keeper *keeper, struct quota_need *need);
 
 /* So many points make a transaction large (store_large_begin): their jobs' index is left to
  * store_settle. */

@@ -140,9 +140,10 @@ static enum store_status insert(sqlite3 *db, const struct sweep_new *sweep,
     *stands = status == STORE_OK;
     if (status != STORE_NOT_FOUND)
         return status;
+    keeper.text_bytes += (int64_t)(strlen(sweep->base) + strlen(sweep->axes) + strlen(sweep->zip));
     status = set_hash(db, sweep, seq);
     if (status == STORE_OK)
-        status = keeper_end(&keeper);
+        status = keeper_end(&keeper, sweep->need);
     if (status == STORE_OK)
         status = store_sweeps_find(db, NULL, seq, record);
     return status ? status
@@ -212,15 +213,16 @@ enum store_status store_sweeps_insert(struct store *store, const struct sweep_ne
 /* ------------------------------------------------------------------ extension */
 
 static enum store_status keep_more(sqlite3 *db, const struct sweep_record *sweep,
-                                   const struct sweep_source *source)
+                                   const struct sweep_extension *more)
 {
     struct keeper keeper;
     enum store_status status = keeper_init(&keeper, db, sweep->seq, &sweep->ticket);
 
     if (status == STORE_OK)
-        status = keep_points(&keeper, source, sweep->points);
+        status = keep_points(&keeper, more->source, sweep->points);
+    keeper.text_bytes += (int64_t)strlen(more->axes) - (int64_t)strlen(sweep->axes);
     status = keeper_fini(&keeper, status);
-    return status ? status : keeper_end(&keeper);
+    return status ? status : keeper_end(&keeper, more->need);
 }
 
 static enum store_status grow(sqlite3 *db, int64_t seq, const struct sweep_extension *more)
@@ -247,7 +249,7 @@ static enum store_status extend(struct store *store, const char *id,
     if (status == STORE_OK && found.points != more->had)
         status = STORE_CONFLICT;
     if (status == STORE_OK)
-        status = keep_more(db, &found, more->source);
+        status = keep_more(db, &found, more);
     else if (status == STORE_CONFLICT)
         pass_over(more->source);
     if (status == STORE_OK)
@@ -335,7 +337,7 @@ static enum store_status replace_job(struct keeper *keeper, int64_t old)
 }
 
 enum store_status store_sweeps_retry(struct store *store, const char *id, const struct identity *by,
-                                     int64_t *count)
+                                     int64_t *count, struct quota_need *need)
 {
     struct sweep_record found = {0};
     int64_t *jobs = NULL;
@@ -360,7 +362,7 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
             status = replace_job(&keeper, jobs[i]);
         status = keeper_fini(&keeper, status);
         if (status == STORE_OK)
-            status = keeper_end(&keeper);
+            status = keeper_end(&keeper, need);
     }
     if (status == STORE_OK && failed > 0)
         status = store_sweeps_audit(db, by, "sweep.retry", &found, found.counts[JOB_FAILED]);

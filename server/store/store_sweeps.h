@@ -8,6 +8,7 @@
 #define STORE_SWEEPS_H
 
 #include "store_jobs.h"
+#include "store_owners.h"
 
 /* A row as users see it; axes, zip and base are JSON as sweep_json.h prints it. */
 struct sweep_record {
@@ -41,6 +42,7 @@ struct sweep_new {
     const char *idempotency_key; /* NULL = none */
     const struct identity *by;   /* for the audit log, here and below; NULL = no line */
     const struct sweep_source *source;
+    struct quota_need *need; /* filled in where it is too much: STORE_QUOTA. NULL = not wanted */
 };
 
 /* The whole sweep on disk in one transaction when it returns STORE_OK. *existed: the same sweep
@@ -64,15 +66,16 @@ struct sweep_extension {
     const struct identity *by;
     int64_t had;
     const struct sweep_source *source;
+    struct quota_need *need;
 };
 enum store_status store_sweeps_extend(struct store *store, const char *id,
                                       const struct sweep_extension *more,
                                       struct sweep_record *record);
 
 /* Points whose jobs failed get new ones: *count of them. STORE_CONFLICT = the sweep was cancelled.
- */
+ * STORE_QUOTA fills in *need. */
 enum store_status store_sweeps_retry(struct store *store, const char *id, const struct identity *by,
-                                     int64_t *count);
+                                     int64_t *count, struct quota_need *need);
 
 /* Cancels the sweep and those of its jobs that have not ended and that nobody else wants: no other
  * sweep that was not cancelled, no one who submitted the job by itself. *running: ids of those that

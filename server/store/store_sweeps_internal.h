@@ -13,8 +13,7 @@ enum store_status store_sweeps_find(sqlite3 *db, const char *id, int64_t seq,
                                     struct sweep_record *record);
 
 /* By id; STORE_CONFLICT, with the record filled in, when it was cancelled. */
-enum store_status store_sweeps_find_alive(sqlite3 *db, const char *id,
-                                          struct sweep_record *record);
+enum store_status store_sweeps_find_alive(sqlite3 *db, const char *id, struct sweep_record *record);
 
 /* A line of the audit log: what was done to so many points. by NULL = none. */
 enum store_status store_sweeps_audit(sqlite3 *db, const struct identity *by, const char *action,

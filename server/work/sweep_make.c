@@ -28,7 +28,7 @@ struct builder {
 };
 
 /* THREADS  `mutex` guards claimed, taken (which the taker alone changes), stop, status, and of each
- *          batch number and ready. Need and hash are the taker's, walk, cache and seeds a builder's
+ *          batch number and ready. The hash is the taker's, walk, cache and seeds a builder's
  * own. The rest does not change. */
 struct sweep_make {
     const struct sweep *sweep;
@@ -44,7 +44,6 @@ struct sweep_make {
     enum bcd_status status;
     SHA2_CTX context;
     unsigned char hash[JOB_HASH_SIZE];
-    struct quota_need need;
 };
 
 static bool begin(struct sweep_make *make, size_t points, size_t builders);
@@ -126,11 +125,6 @@ enum bcd_status sweep_make_check(struct sweep_make *make, struct bcd_errors *err
     return status;
 }
 
-struct quota_need sweep_make_need(const struct sweep_make *make)
-{
-    return make->need;
-}
-
 /* The ring, and builders with what they need. Those of a small sweep, and those for whom there is
  * no thread, work when somebody waits: await. */
 static bool begin(struct sweep_make *make, size_t points, size_t builders)
@@ -167,13 +161,8 @@ static enum store_status take(void *state, const struct sweep_point_new **points
         pthread_cond_broadcast(&make->moved);
         pthread_mutex_unlock(&make->mutex);
     }
-    for (size_t i = 0; i < *count; i++) {
-        const struct job_new *job = &(*points)[i].job;
-        SHA256Update(&make->context, job->hash, JOB_HASH_SIZE);
-        make->need.value[QUOTA_QUEUED] += 1;
-        make->need.value[QUOTA_DAY_SECONDS] += job->core_seconds;
-        make->need.value[QUOTA_BYTES] += job->bytes;
-    }
+    for (size_t i = 0; i < *count; i++)
+        SHA256Update(&make->context, (*points)[i].job.hash, JOB_HASH_SIZE);
     if (*count == 0)
         SHA256Final(make->hash, &make->context);
     return STORE_OK;

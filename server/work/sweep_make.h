@@ -11,7 +11,6 @@
 #define SWEEP_MAKE_H
 
 #include "calibration.h"
-#include "store_owners.h"
 #include "store_sweeps.h"
 #include "sweep_json.h"
 
@@ -30,8 +29,5 @@ const struct sweep_source *sweep_make_source(const struct sweep_make *make);
 
 /* BCD_OK as long as nothing is wrong; else what sweep_faults tells of all points. */
 enum bcd_status sweep_make_check(struct sweep_make *make, struct bcd_errors *errors);
-
-/* What the points that were taken need together. */
-struct quota_need sweep_make_need(const struct sweep_make *make);
 
 #endif

@@ -125,6 +125,45 @@ static void sweeps_count_by_their_points(void **state)
     close_service(&f);
 }
 
+static void take_sweep_id(const struct desk *f, char id[JOB_ID_SIZE])
+{
+    assert_int_equal(sscanf(f->reply.body, "{\"id\":\"%23[a-z0-9-]", id), 1);
+}
+
+/* Points of jobs that stand take up room, too: nobody fills the disk with sweeps of one job. */
+static void sweeps_take_up_room(void **state)
+{
+    static const char sweep[] = "{\"base\":" JOB("") ",\"axes\":{\"/seed\":[1,2,3]}}";
+    static const char turned[] = "{\"base\":" JOB("") ",\"axes\":{\"/seed\":[3,2,1]}}";
+    struct desk f = open_service(*state);
+    char id[JOB_ID_SIZE], path[64], quota[64];
+    assert_int_equal(ask(&f, "POST", "/v1/sweeps", sweep), 202);
+    take_sweep_id(&f, id);
+    double used = bench_number(f.service.store, "SELECT bytes FROM owners");
+    double own = bench_number(f.service.store, "SELECT bytes FROM sweeps");
+    assert_true(own > 3 * 48 + strlen(JOB("")));
+    assert_float_equal(used - own, bench_number(f.service.store, "SELECT sum(bytes) FROM jobs"), 0);
+    snprintf(quota, sizeof(quota), "{\"stored_bytes\":%.0f}", used + own - 1);
+    assert_int_equal(ask(&f, "PUT", "/v1/owners/local", quota), 200);
+    assert_int_equal(ask(&f, "POST", "/v1/sweeps", turned), 429);
+    assert_says(&f, "\"quota\":\"stored_bytes\"");
+    assert_int_equal(bench_number(f.service.store, "SELECT count(*) FROM sweeps"), 1);
+    snprintf(path, sizeof(path), "/v1/sweeps/%s/extend", id);
+    assert_int_equal(ask(&f, "PUT", "/v1/owners/local", "{\"stored_bytes\":1}"), 200);
+    assert_int_equal(ask(&f, "POST", path, "{\"axes\":{\"/seed\":[4]}}"), 429);
+    /* What adds nothing is nobody's excess: the same sweep, no more points, nothing that failed. */
+    assert_int_equal(ask(&f, "POST", "/v1/sweeps", sweep), 200);
+    assert_int_equal(ask(&f, "POST", path, "{\"axes\":{\"/seed\":[3]}}"), 200);
+    snprintf(path, sizeof(path), "/v1/sweeps/%s/retry", id);
+    assert_int_equal(ask(&f, "POST", path, NULL), 200);
+    /* Nor does a sweep of jobs that stand need a place in the queue. */
+    snprintf(quota, sizeof(quota), "{\"stored_bytes\":%.0f,\"queued_points\":1}", used + own);
+    assert_int_equal(ask(&f, "PUT", "/v1/owners/local", quota), 200);
+    assert_int_equal(ask(&f, "POST", "/v1/sweeps", turned), 202);
+    assert_float_equal(bench_number(f.service.store, "SELECT bytes FROM owners"), used + own, 0);
+    close_service(&f);
+}
+
 static void faulty_quotas(void **state)
 {
     static const char *const bad[] = {
@@ -227,10 +266,10 @@ static void calibration_learns(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        BENCH_TEST(queued_points),      BENCH_TEST(core_seconds),
-        BENCH_TEST(stored_bytes),       BENCH_TEST(sweeps_count_by_their_points),
-        BENCH_TEST(faulty_quotas),      BENCH_TEST(what_waits_goes_before),
-        BENCH_TEST(calibration_learns),
+        BENCH_TEST(queued_points),          BENCH_TEST(core_seconds),
+        BENCH_TEST(stored_bytes),           BENCH_TEST(sweeps_count_by_their_points),
+        BENCH_TEST(sweeps_take_up_room),    BENCH_TEST(faulty_quotas),
+        BENCH_TEST(what_waits_goes_before), BENCH_TEST(calibration_learns),
     };
     return cmocka_run_group_tests_name("quotas", tests, NULL, NULL);
 }

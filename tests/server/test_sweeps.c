@@ -72,7 +72,8 @@ static void assert_counted(struct desk *f)
         " (SELECT count(*) FROM jobs AS j WHERE j.state = c.state)",
         "SELECT count(*) FROM owners AS o WHERE queued <>"
         " (SELECT count(*) FROM jobs AS j WHERE j.owner = o.owner AND j.state = 'queued')"
-        " OR bytes <> (SELECT sum(bytes) FROM jobs AS j WHERE j.owner = o.owner)"
+        " OR bytes <> (SELECT total(bytes) FROM jobs AS j WHERE j.owner = o.owner)"
+        " + (SELECT total(bytes) FROM sweeps AS s WHERE s.owner = o.owner)"
         " OR abs(waiting_seconds - (SELECT total(core_seconds) FROM jobs AS j"
         " WHERE j.owner = o.owner AND j.state IN ('queued', 'running'))) > 1e-9",
         "SELECT count(*) FROM sweep_counts AS c WHERE points <>"
@@ -80,6 +81,8 @@ static void assert_counted(struct desk *f)
         "  WHERE p.sweep = c.sweep AND j.state = c.state)",
         "SELECT count(*) FROM sweeps AS s WHERE points <>"
         " (SELECT count(*) FROM sweep_points AS p WHERE p.sweep = s.seq)",
+        "SELECT count(*) FROM sweeps AS s WHERE bytes <> length(base) + length(axes) + length(zip)"
+        " + (SELECT sum(length(place) + 48) FROM sweep_points AS p WHERE p.sweep = s.seq)",
     };
     for (size_t i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++)
         if (ask_sql(f, wrong[i]) != 0)
