@@ -67,6 +67,7 @@ extern const struct cli_command cli_submit_command, cli_cancel_command, cli_esti
 extern const struct cli_command cli_watch_command, cli_list_command, cli_get_command;
 extern const struct cli_command cli_export_command, cli_sweep_command, cli_token_command;
 extern const struct cli_command cli_whoami_command, cli_completion_command, cli_backup_command;
+extern const struct cli_command cli_owners_command, cli_quota_command, cli_audit_command;
 extern const struct cli_command cli_sql_command;
 
 /* ---- cli_commands.c */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli_token.c - bcd token and whoami: who may ask a server what; see cli.h. */
 #include "cli_server.h"
+#include "cli_table.h"
 #include "cli_words.h"
 #include "request_json.h"
 
@@ -107,36 +108,16 @@ static int write_token(const char *file, const char *token)
     return CLI_FAILED;
 }
 
-/* A time is cut to minutes. */
-static void print_cell(const struct answer *token, const char *path, int width)
-{
-    struct text text = {0};
-    answer_json_add(&text, answer_json_at(token, path));
-    char *words = text_take(&text);
-    if (words && cli_parse_time(words) > 0 && strlen(words) > 16) {
-        words[10] = ' ';
-        words[16] = '\0';
-    }
-    const char *shown = words && *words ? words : "-";
-    int left = width - (int)cli_text_width(shown);
-    cli_put_clean(stdout, shown);
-    printf("%*s", width == 0 ? 0 : left > 2 ? left : 2, "");
-    free(words);
-}
-
 static int list(const struct cli_line *line)
 {
-    static const struct {
-        const char *head, *path;
-        int width; /* 0: the last */
-    } columns[] = {{"ID", "id", 19},
-                   {"OWNER", "owner", 14},
-                   {"ROLE", "role", 11},
-                   {"CREATED", "created_at", 18},
-                   {"EXPIRES", "expires_at", 18},
-                   {"REVOKED", "revoked_at", 18},
-                   {"NAME", "name", 0}};
-    enum { COLUMNS = sizeof columns / sizeof *columns };
+    static const struct cli_column columns[] = {{"ID", "id", CELL_TEXT, 19},
+                                                {"OWNER", "owner", CELL_TEXT, 14},
+                                                {"ROLE", "role", CELL_TEXT, 11},
+                                                {"CREATED", "created_at", CELL_TIME, 18},
+                                                {"EXPIRES", "expires_at", CELL_TIME, 18},
+                                                {"REVOKED", "revoked_at", CELL_TIME, 18},
+                                                {"NAME", "name", CELL_TEXT, 0},
+                                                {0}};
     const struct client_request request = {.method = "GET", .path = "/v1/tokens"};
     struct client *client = NULL;
     struct client_answer raw = {0};
@@ -151,15 +132,10 @@ static int list(const struct cli_line *line)
     const struct answer *tokens = answer_json_at(answer, "tokens");
     if (cli_given(line, "json"))
         status = cli_print_bytes(raw.body, raw.size);
-    for (size_t i = 0; !cli_given(line, "json") && i <= answer_json_count(tokens); i++) {
-        for (size_t c = 0; c < COLUMNS; c++)
-            if (i == 0)
-                printf("%-*s", columns[c].width, columns[c].head);
-            else
-                print_cell(answer_json_item(tokens, i - 1, &key), columns[c].path,
-                           columns[c].width);
-        putchar('\n');
-    }
+    else
+        cli_table_heads(columns);
+    for (size_t i = 0; !cli_given(line, "json") && i < answer_json_count(tokens); i++)
+        cli_table_row(columns, answer_json_item(tokens, i, &key));
     answer_json_free(answer);
     client_answer_fini(&raw);
     return status;

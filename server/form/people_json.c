@@ -208,7 +208,7 @@ static void add_owner(struct text *text, const struct owner_record *owner)
         text_add_number(text, owner->quota[i]);
         text_add(text, ",\"used\":");
         text_add_number(text, owner_record_use(owner, (enum quota)i));
-        text_add(text, "}");
+        text_add(text, ",\"default\":%s}", owner->given[i] ? "false" : "true");
     }
     text_add(text, "},\"core_seconds\":{\"today\":");
     text_add_number(text, owner->day_seconds);

@@ -63,8 +63,10 @@ static void read_owner(struct stmt *row, int64_t now_ms, struct owner_record *re
         .usage_seconds = owner_decay(stmt_number(row, 4), now_ms - stmt_integer(row, 5)),
         .day_seconds = stmt_integer(row, 6) == now_ms / DAY_MS ? stmt_number(row, 7) : 0,
     };
-    for (int i = 0; i < QUOTAS; i++)
-        record->quota[i] = stmt_null(row, 8 + i) ? quota_defaults[i] : stmt_number(row, 8 + i);
+    for (int i = 0; i < QUOTAS; i++) {
+        record->given[i] = !stmt_null(row, 8 + i);
+        record->quota[i] = record->given[i] ? stmt_number(row, 8 + i) : quota_defaults[i];
+    }
     stmt_text_to(row, 0, record->owner, sizeof record->owner);
 }
 

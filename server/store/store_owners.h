@@ -25,6 +25,7 @@ struct owner_record {
     double usage_seconds; /* core seconds used, halved every LIMIT_USAGE_HALF_LIFE_MS, as of now */
     double day_seconds;   /* core seconds used since midnight UTC */
     double quota[QUOTAS]; /* what counts; negative where the default does, in set_quota only */
+    bool given[QUOTAS];   /* to this owner; else it is the default */
 };
 
 /* By name. The caller frees *records. */

@@ -82,6 +82,51 @@ bcd token create 'no body'
 check "token create: no such owner: exit status 1" exits 1
 bcd token
 check "token alone: exit status 2" exits 2
+
+# ---- owners, quotas, audit
+bcd owners
+check "owners: a table" prints 'bob +0 +1000000 .*'
+bcd owners --json
+check "owners --json: what the server says" out '.owners[0] | .owner == "bob" and .quotas.queued_points.default'
+bcd quota bob --queued-points 5
+check "quota: is changed" prints 'bob +0 +5 .*'
+bcd quota bob --stored-bytes 1e10 --json
+check "quota: what is not named stays" out '.quotas | .queued_points.limit == 5 and .stored_bytes.limit == 1e10
+    and (.queued_points.default | not) and .core_seconds_per_day.default'
+bcd quota bob --queued-points default --json
+check "quota: back to everybody's" out '.quotas | .queued_points.limit == 1000000 and .queued_points.default
+    and (.stored_bytes.default | not)'
+bcd quota carol --core-seconds-per-day 0.5
+check "quota: of somebody new" prints 'carol .* 0\.5 .*'
+bcd quota bob
+check "quota: shown" prints 'bob .* 10 GB'
+bcd quota nobody
+check "quota: of nobody: exit status 1" exits 1
+bcd quota bob --token-file "$T/bob"
+check "quota: for admins" exits 4
+bcd owners --token-file "$T/bob"
+check "owners: for admins" exits 4
+for wrong in '--queued-points 1.5' '--queued-points -1' '--queued-points nan' '--stored-bytes 1e16' \
+    '--stored-bytes many' '--core-seconds-per-day 0x1'; do
+    # shellcheck disable=SC2086
+    usage_error "quota bob $wrong" quota bob $wrong
+done
+usage_error "quota Bob" quota Bob
+bcd audit
+check "audit: a table, newest first" sh -c "sed -n 2p '$T/out' | grep -qE '^20[0-9-]+ [0-9:]+ +root +owner.quota +carol +'"
+bcd audit --action job.cancel --json
+check "audit --json: a line for each" out --arg id "$JOB" \
+    '.owner == "bob" and .action == "job.cancel" and .object == $id'
+bcd audit --all --json
+check "audit --all" sh -c "[ \$(wc -l <'$T/out') -ge 8 ]"
+bcd audit --limit 2 --json
+check "audit --limit" sh -c "[ \$(wc -l <'$T/out') -eq 2 ]"
+bcd audit --action job.eat
+check "audit: no such action: exit status 2" exits 2
+bcd audit --owner 'no body'
+check "audit: no such owner: exit status 1" exits 1
+bcd audit --token-file "$T/bob"
+check "audit: for admins" exits 4
 check "no token was told to a terminal or a log" \
     sh -c "! grep -F -e '$ADMIN' -e \"\$(cat '$T/bob')\" -e \"\$(cat '$T/ann')\" '$T/all' '$T/stderr'"
 daemon_end TERM

@@ -44,7 +44,7 @@ static void queued_points(void **state)
     struct desk f = open_service(*state);
     char id[JOB_ID_SIZE], path[64];
     assert_int_equal(ask(&f, "PUT", "/v1/owners/local", "{\"queued_points\":2}"), 200);
-    assert_says(&f, "\"queued_points\":{\"limit\":2,\"used\":0}");
+    assert_says(&f, "\"queued_points\":{\"limit\":2,\"used\":0,\"default\":false}");
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB("")), 202);
     desk_take_id(&f, id);
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB(",\"seed\":2")), 202);
@@ -103,7 +103,7 @@ static void stored_bytes(void **state)
     assert_int_equal(bench_number(f.service.store, "SELECT bytes FROM owners"), 10);
     assert_int_equal(bench_number(f.service.store, "SELECT waiting_seconds > 0 FROM owners"), 0);
     assert_int_equal(ask(&f, "PUT", "/v1/owners/local", "{\"stored_bytes\":50}"), 200);
-    assert_says(&f, "\"stored_bytes\":{\"limit\":50,\"used\":10}");
+    assert_says(&f, "\"stored_bytes\":{\"limit\":50,\"used\":10,\"default\":false}");
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB(",\"seed\":3")), 429);
     assert_says(&f, "\"quota\":\"stored_bytes\",\"limit\":50,\"used\":10,");
     assert_int_equal(ask(&f, "POST", "/v1/jobs", JOB("")), 200);
