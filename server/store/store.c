@@ -341,7 +341,12 @@ static enum store_status seal_segments(struct opening *opening)
         status = STORE_BEGIN(opening->store, &db);
     if (status == STORE_OK && there)
         status = store_end(opening->store, store_segment_seal_all(db));
-    return status ? refuse_sqlite(opening, db, "index the jobs") : STORE_OK;
+    return status ? store_refuse(&opening->reason, status,
+                                 "%s: the jobs in it cannot be indexed: %s", opening->store->path,
+                                 status == STORE_FULL ? "the disk is full"
+                                                      : "it is damaged, or the disk is; the log "
+                                                        "says what was met")
+                  : STORE_OK;
 }
 
 /* ---------------------------------------------------------------------- doors */
