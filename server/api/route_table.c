@@ -262,7 +262,7 @@ static const struct route routes[] = {
      "this API as OpenAPI 3.1", .answers = {{200, JSON, "OpenApi"}, SAME}},
     {"GET", "/v1", ROLE_NONE, handle_service_index, "getIndex",
      "this list", .answers = {{200, JSON, "Index"}}},
-    {"GET", "/v1/scenes", ROLE_NONE, handle_page_scenes, "listScenes",
+    {"GET", "/v1/scenes", ROLE_READER, handle_page_scenes, "listScenes",
      "scenes of the papers, as jobs", .answers = {{200, JSON, "SceneList"}}},
     {"GET", "/", ROLE_NONE, handle_page_index, "getPage",
      "the web page", "What it shows it asks for with the token of whoever looks.",
