@@ -261,8 +261,9 @@ void bcd_run_free(struct bcd_run *run);
 enum bcd_status bcd_run_continue(struct bcd_run *run, const struct bcd_tally *tally,
                                  struct bcd_error *error);
 
-/* Advances by at most `ticks` ticks (time steps), all realizations of the chunk one after another
- * counted together. Cutting a run into slices differently changes no bit of it. Fails only where a
+/* Advances by `ticks` ticks (time steps), those of all realizations of the chunk counted together:
+ * by up to 15 more where small rings go side by side, which cannot be cut between them; by less at
+ * the end. Cutting a run into slices differently changes no bit of it. Fails only where a
  * realization's equilibrium start cannot be drawn; the run then stands still for good. */
 enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_error *error);
 int64_t bcd_run_ticks_done(const struct bcd_run *run);

@@ -6,14 +6,14 @@
 
 #include <math.h>
 
-void bcd_step_layout(struct bcd_step *step, const struct plan *plan, bool start,
+void bcd_step_layout(struct bcd_step *step, const struct sim *sim, bool start,
                      struct arena *scratch)
 {
-    const bool ahead = plan->asks_contact_forces;
-    proposal_layout(&step->proposal, plan, scratch);
-    step->start = start ? sim_take_rods(plan, scratch) : NULL;
-    step->ahead = ahead ? sim_take_rods(plan, scratch) : NULL;
-    step->resolved = ahead ? sim_take_rods(plan, scratch) : NULL;
+    const bool ahead = sim->plan->asks_contact_forces;
+    proposal_layout(&step->proposal, sim, scratch);
+    step->start = start ? sim_take_rods(sim, scratch) : NULL;
+    step->ahead = ahead ? sim_take_rods(sim, scratch) : NULL;
+    step->resolved = ahead ? sim_take_rods(sim, scratch) : NULL;
 }
 
 struct step_limit bcd_time_step(const struct plan *plan)
@@ -34,7 +34,7 @@ struct step_limit bcd_time_step(const struct plan *plan)
 void bcd_step_advance(struct sim *sim, struct bcd_step *step, bcd_resolver *resolve, int64_t ticks)
 {
     for (int64_t t = 0; t < ticks; t++) {
-        sim_copy_rods(sim->plan, step->start, sim->y);
+        sim_copy_rods(sim, step->start, sim->y);
         proposal_euler(&step->proposal, sim);
         resolve(sim, step->start, sim->y);
         sim->clock->tick++;
@@ -49,9 +49,9 @@ void bcd_step_contact_forces(const struct sim *sim, struct bcd_step *step, bcd_r
     const struct plan *plan = sim->plan;
     struct sim next = *sim;
     next.y = step->ahead;
-    sim_copy_rods(plan, next.y, sim->y);
+    sim_copy_rods(sim, next.y, sim->y);
     proposal_euler(&step->proposal, &next);
-    sim_copy_rods(plan, step->resolved, next.y);
+    sim_copy_rods(sim, step->resolved, next.y);
     resolve(&next, sim->y, step->resolved);
     const struct lane lane = bcd_lane(plan);
     contact_forces(&lane, next.y, step->resolved, 1 / (plan->mobility * plan->time_step), force);

@@ -21,7 +21,7 @@ struct bcd_step {
     double *ahead, *resolved; /* [N], of runs that ask for contact forces: the next step */
 };
 
-void bcd_step_layout(struct bcd_step *step, const struct plan *plan, bool start,
+void bcd_step_layout(struct bcd_step *step, const struct sim *sim, bool start,
                      struct arena *scratch);
 
 /* L1 error of the density of .005: in the smooth part as measured, at contacts from how much

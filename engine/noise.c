@@ -3,6 +3,7 @@
 #include "noise.h"
 #include "kernels/rods.h"
 
+#include <assert.h>
 #include <math.h>
 
 enum { SMALL = 512 };
@@ -17,24 +18,36 @@ void noise_layout(struct noise *noise, int64_t n, int64_t every, struct arena *s
         arena_take(scratch, (size_t)(noise->row_count * normals_stride(n)) * sizeof(double));
 }
 
+/* Fills the rows from that tick on, with those that go beside the realization too. */
+static void draw(struct noise *noise, const struct noise_key *key, int64_t tick)
+{
+    const struct normals_ticks ticks = {tick, noise->every, noise->row_count >> key->side,
+                                        key->side};
+    struct noise_key first = *key;
+    first.realization -= key->lane;
+    assert(ticks.count > 0);
+    normals_rows(noise->rows, noise->n, &ticks, &first);
+    noise->first = tick;
+    noise->ticks = ticks.count;
+    noise->realization = first.realization;
+    noise->side = key->side;
+}
+
 static void add_tick(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,
                      double *z)
 {
     if (!noise->rows) {
+        assert(!key->all || key->side == 0);
         normals_add(z, noise->n, scale, key, tick);
         return;
     }
-    int64_t row = (tick - noise->first) / noise->every;
-    if (noise->realization != key->realization || row < 0 || row >= noise->row_count ||
-        noise->first + row * noise->every != tick) {
-        const struct normals_ticks ticks = {tick, noise->every, noise->row_count};
-        normals_rows(noise->rows, noise->n, &ticks, key);
-        noise->first = tick;
-        noise->realization = key->realization;
-        row = 0;
+    int64_t at = (tick - noise->first) / noise->every;
+    if (!noise_holds(noise, key) || at < 0 || at >= noise->ticks ||
+        noise->first + at * noise->every != tick) {
+        draw(noise, key, tick);
+        at = 0;
     }
-    const int64_t stride = normals_stride(noise->n);
-    rods_add(z, noise->rows + row * stride, scale, stride);
+    rods_add(z, noise_row_at(noise, key, at), scale, noise_count(noise, key));
 }
 
 void noise_add_anew(struct noise *noise, const struct noise_key *key, int64_t tick, double scale,

@@ -24,18 +24,20 @@ struct part_type {
 
 /* ------------------------------------------------------------- potentials */
 
-/* Rods as forces see them: x[i] = y[i] + i * diameter. */
+/* Rods as forces see them: x[i] = y[i] + i * diameter, or y[i] + offset[i] for rods of several
+ * lanes (sim.h), which are for potentials with `lanes` alone. */
 struct rods {
     const double *y;
     int64_t count;
     double diameter;
     double time;
+    const double *offset; /* NULL = none */
 };
 
 struct potential_type {
     struct part_type base;
-    double (*period)(const void *par); /* > 0; INFINITY = has none: walls only */
-    bool (*flat)(const void *par);         /* exerts no force: the scene leaves it out */
+    double (*period)(const void *par);        /* > 0; INFINITY = has none: walls only */
+    bool (*flat)(const void *par);            /* exerts no force: the scene leaves it out */
     double (*curvature_max)(const void *par); /* max |U''| */
     /* out[i] += scale * F(x[i]), F = -U'; out may be rods->y itself */
     void (*add_force)(const void *par, const struct rods *rods, double scale, double *out);
@@ -47,9 +49,10 @@ struct potential_type {
      * growth: what flow_growth makes of the duration, once for many flows. NULL = not known. */
     void (*flow)(const void *par, const struct rods *rods, double growth, double *y);
     double (*flow_growth)(const void *par, double mobility, double duration);
-    bool (*steady)(const void *par); /* does not depend on time: there is an equilibrium */
+    bool (*steady)(const void *par);     /* does not depend on time: there is an equilibrium */
     double (*velocity)(const void *par); /* of the whole pattern; NULL = at rest */
-    bool (*rough)(const void *par); /* smooth only in pieces; NULL = smooth everywhere */
+    bool (*rough)(const void *par);      /* smooth only in pieces; NULL = smooth everywhere */
+    bool lanes;                          /* add_force and flow take rods of several lanes */
 };
 
 /* U(x) of a plan that has a potential, in the form theory/ wants it: ctx is the plan. */
@@ -80,11 +83,11 @@ struct ring {
 
 struct pair_type {
     struct part_type base;
-    bool (*absent)(const void *par);    /* exerts no force: the scene leaves it out */
+    bool (*absent)(const void *par); /* exerts no force: the scene leaves it out */
     /* Acts at contact alone, as bonds that methods with `bonds` make and break: exerts no force to
      * add. NULL = never. */
     bool (*contact)(const void *par);
-    double (*range)(const void *par);   /* no force between gaps beyond */
+    double (*range)(const void *par); /* no force between gaps beyond */
     /* max |dF/dg| / kT over the distances that rods come to */
     double (*stiffness)(const void *par, const struct plan *plan);
     bool athermal; /* its energies do not scale with kT: stiffness is max |dF/dg| itself */
@@ -108,16 +111,17 @@ struct step_limit;
 struct method_type {
     struct bcd_part part;
     const char *experimental; /* what is not yet understood of it, for results; NULL = nothing */
-    bool bonds;          /* rods that stick at contact alone */
-    bool keeps_contacts; /* noise ends in exact contacts: too many of them, as sqrt(h) */
-    double order; /* weak order in the time step at contacts: errors fall as h^order */
-    double step_ns;    /* rough cost of one rod and step, for estimates and sampling intervals */
-    double view_ns;    /* the same of both views together */
+    bool bonds;               /* rods that stick at contact alone */
+    bool keeps_contacts;      /* noise ends in exact contacts: too many of them, as sqrt(h) */
+    double order;             /* weak order in the time step at contacts: errors fall as h^order */
+    double step_ns; /* rough cost of one rod and step, for estimates and sampling intervals */
+    double view_ns; /* the same of both views together */
     /* Why it cannot run this plan; NULL = it can. A NULL slot: it can run all. */
     const char *(*cannot)(const struct plan *plan);
     /* Does it give the exact law here at any time step, of motion or (not dynamic) of positions in
      * equilibrium? NULL = never. */
     bool (*exact)(const struct plan *plan, bool dynamic);
+    bool lanes;    /* advances several lanes at once (sim.h); begin makes them all ready */
     bool any_step; /* no step is so long that profiles melt or interactions fall silent */
     /* The largest step that keeps the tolerance (L1 error of the density). */
     struct step_limit (*time_step)(const struct plan *plan);
@@ -181,21 +185,21 @@ struct observable_type {
                   struct bcd_errors *errors);
     /* The longest time step that still resolves what is asked; INFINITY = no demand. */
     double (*time_step_max)(const void *par, const struct plan *plan);
-    const char *value; /* name of the column of measured values */
+    const char *value;              /* name of the column of measured values */
     const char *no_time_step_error; /* why it makes no sense here; NULL = it does */
     const char *no_error_bar;       /* why it has none over realizations; NULL = it has */
-    bool dynamic;        /* depends on how rods move, not only on where they are */
-    bool contact_forces; /* asks the method for contact forces */
-    bool mid_drift;      /* looks at the rods there: paths without the noise of half a step */
-    bool at_contact;     /* measures rods that nearly touch, where errors fall as sqrt(h) only */
-    bool one_view;     /* the difference between two views does not bound its time-step error */
+    bool dynamic;                   /* depends on how rods move, not only on where they are */
+    bool contact_forces;            /* asks the method for contact forces */
+    bool mid_drift;  /* looks at the rods there: paths without the noise of half a step */
+    bool at_contact; /* measures rods that nearly touch, where errors fall as sqrt(h) only */
+    bool one_view;   /* the difference between two views does not bound its time-step error */
     /* Rough cost of looking at one rod, for the sampling interval; NULL = looks at its own
      * times. */
     double (*sample_ns)(const void *par, const struct plan *plan);
     /* Rough cost per rod and step of looks at times of its own, for estimates only; NULL = none. */
     double (*step_ns)(const void *par, const struct plan *plan);
-    size_t (*count)(const void *par, const struct plan *plan);  /* values of one sample */
-    size_t (*memory)(const void *par, const struct plan *plan); /* bytes */
+    size_t (*count)(const void *par, const struct plan *plan);       /* values of one sample */
+    size_t (*memory)(const void *par, const struct plan *plan);      /* bytes */
     void (*begin)(struct observer *observer, const struct sim *sim); /* measured tick 0 */
     /* The next measured tick > `after` at which it wants to look; NULL = every sample_steps. */
     int64_t (*next)(const struct observer *observer, int64_t after);

@@ -7,10 +7,11 @@
 #include <assert.h>
 #include <math.h>
 
-void proposal_layout(struct proposal *proposal, const struct plan *plan, struct arena *scratch)
+void proposal_layout(struct proposal *proposal, const struct sim *sim, struct arena *scratch)
 {
+    const struct plan *plan = sim->plan;
     noise_layout(&proposal->noise, plan->particles, 1, scratch);
-    proposal->old = plan->pair ? sim_take_rods(plan, scratch) : NULL;
+    proposal->old = plan->pair ? sim_take_rods(sim, scratch) : NULL;
 }
 
 void proposal_add_forces(const struct sim *sim, const double *y, double scale, double *out)
@@ -19,20 +20,20 @@ void proposal_add_forces(const struct sim *sim, const double *y, double scale, d
     const int64_t whole = arena_whole(plan->particles);
     assert(!plan->pair || y != out);
     if (plan->field) {
-        struct rods rods = {y, whole, plan->diameter, sim_time(sim)};
+        struct rods rods = {y, sim_rods(sim), plan->diameter, sim_time(sim), sim->offset};
         plan->potential->add_force(plan->potential_par, &rods, scale, out);
     }
-    if (plan->pair) {
-        struct ring ring = {.y = y,
+    for (int64_t lane = 0; plan->pair && lane < sim->lanes; lane++) {
+        struct ring ring = {.y = y + lane * whole,
                             .count = plan->particles,
                             .free_length = plan->free_length,
                             .diameter = plan->diameter,
                             .temperature = plan->temperature,
                             .walls = plan->walls};
-        plan->pair->add_force(plan->pair_par, &ring, scale, out);
+        plan->pair->add_force(plan->pair_par, &ring, scale, out + lane * whole);
     }
     if (plan->force != 0)
-        rods_shift(out, scale * plan->force, whole);
+        rods_shift(out, scale * plan->force, sim_rods(sim));
 }
 
 void proposal_euler(struct proposal *proposal, struct sim *sim)
@@ -42,7 +43,7 @@ void proposal_euler(struct proposal *proposal, struct sim *sim)
     const double noise = sqrt(2 * plan->diffusion * plan->time_step);
     const double *at = sim->y;
     if (plan->pair) {
-        sim_copy_rods(plan, proposal->old, sim->y);
+        sim_copy_rods(sim, proposal->old, sim->y);
         at = proposal->old;
     }
     proposal_add_forces(sim, at, drift, sim->y);

@@ -15,7 +15,7 @@ struct proposal {
     double *old; /* [N], where pairs see the rods; NULL without */
 };
 
-void proposal_layout(struct proposal *proposal, const struct plan *plan, struct arena *scratch);
+void proposal_layout(struct proposal *proposal, const struct sim *sim, struct arena *scratch);
 
 /* out[i] += scale * F_i of potential, interaction and drag at the positions y. out may be y where
  * there is no interaction. */

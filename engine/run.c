@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * run.c - a chunk of realizations in motion: initial configuration, equilibration, measured blocks,
- * one realization after another, cut anywhere. See bcd.h. Paired realizations make a second pass
- * with twice the time step; what it measures is tallied as its difference from the first.
+ * one realization after another or, in small rings, a few of them side by side (sim.h), cut
+ * anywhere. See bcd.h. Paired realizations make a second pass with twice the time step, each alone;
+ * what it measures is tallied as its difference from the first.
  *
  * INVARIANT  Between calls everything due at or before the current tick has happened; what is due
  *            next is a function of the kept memory. So a checkpoint is a copy of the kept arena.
@@ -20,27 +21,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { OBSERVERS_MAX = VIEWS * SCENE_PARTS_MAX, RECENTRE_STEPS = 1 << 16 };
+enum {
+    OBSERVERS_MAX = VIEWS * SCENE_PARTS_MAX,
+    RECENTRE_STEPS = 1 << 16,
+    LANES_RODS = 128, /* of all lanes together, at most */
+};
 
 /* Kept in checkpoints. */
 struct progress {
-    int64_t realization; /* within the chunk */
+    int64_t realization; /* within the chunk; with several lanes the first of them */
     int64_t block;       /* of the pass */
-    int64_t second_pass; /* 1: with twice the time step */
+    int64_t second_pass; /* with twice the time step: 1 + lane that makes it; 0 = first pass */
 };
 
 struct bcd_run {
     const struct bcd_scene *scene;
     const struct plan *plan;
     int64_t first, count; /* realizations of this chunk */
+    int64_t lanes;        /* at most so many side by side */
     struct sim sim;
     struct progress *progress;
-    struct observer observers[OBSERVERS_MAX];
-    int64_t due[OBSERVERS_MAX];        /* measured ticks; from kept memory alone */
+    struct observer observers[OBSERVERS_MAX]; /* of the first lane */
+    size_t apart[OBSERVERS_MAX];              /* bytes from one lane's memory to the next's */
+    int64_t due[OBSERVERS_MAX][LANES_MAX];    /* measured ticks; from kept memory alone */
     size_t first_pass, observer_count; /* those of the second pass follow those of the first */
     struct bcd_tally tally;
     double *values; /* [tally.count] of the block that ends, scratch */
-    double *paired; /* [blocks of a second pass][tally.count] of the first pass, kept */
+    double *paired; /* [lanes][blocks of a second pass][tally.count] of the first pass, kept */
     struct arena kept, scratch;
     enum bcd_status status; /* not OK: a realization could not begin */
 };
@@ -56,16 +63,34 @@ static int64_t paired_among(const struct bcd_run *run, int64_t realizations)
     return paired;
 }
 
+/* How many realizations of the chunk may go side by side: all that there is room for in the first
+ * level cache, so far as there are so many. */
+static int64_t lanes_of(const struct plan *plan, int64_t count)
+{
+    int64_t lanes = 1;
+    if (!plan->method->lanes || (plan->field && !plan->potential->lanes))
+        return 1;
+    while (2 * lanes <= count && 2 * lanes <= LANES_MAX &&
+           2 * lanes * arena_whole(plan->particles) <= LANES_RODS)
+        lanes *= 2;
+    return lanes;
+}
+
 static void add_observer(struct bcd_run *run, const struct scene_part *part,
                          const struct plan *plan, size_t first)
 {
+    const bool alone = plan != run->plan;
     const struct observable_type *type = scene_observable_type(part);
     const void *par = part->group.values;
-    struct observer *o = &run->observers[run->observer_count++];
+    struct observer *o = &run->observers[run->observer_count];
     *o = (struct observer){.type = type, .par = par, .plan = plan, .first = first};
     o->view = type->mid_drift ? VIEW_MID_DRIFT : VIEW_MID_NOISE;
     o->count = type->count(par, plan);
+    const size_t before = run->kept.used;
     o->memory = arena_take(&run->kept, type->memory(par, plan));
+    run->apart[run->observer_count++] = run->kept.used - before;
+    for (int64_t lane = 1; lane < run->lanes && !alone; lane++)
+        arena_take(&run->kept, type->memory(par, plan));
 }
 
 /* The number of values of a sample, second sections included. */
@@ -109,14 +134,15 @@ static void lay_out(struct bcd_run *run)
     const struct plan *plan = run->plan;
     run->kept.used = run->scratch.used = 0;
     run->progress = arena_take(&run->kept, sizeof *run->progress);
-    sim_layout(&run->sim, plan, &run->kept);
+    run->lanes = lanes_of(plan, run->count);
+    sim_layout_lanes(&run->sim, plan, run->lanes, &run->kept, &run->scratch);
     run->observer_count = 0;
     size_t values = lay_out_first_pass(run);
     run->first_pass = run->observer_count;
     if (paired_among(run, run->count) > 0) {
         lay_out_second_pass(run);
-        run->paired = arena_take(&run->kept,
-                                 (size_t)run->scene->coarse.blocks * values * sizeof *run->paired);
+        run->paired = arena_take(&run->kept, (size_t)(run->lanes * run->scene->coarse.blocks) *
+                                                 values * sizeof *run->paired);
     }
     tally_layout(&run->tally, run->scene, values, &run->kept);
     run->values = arena_take(&run->scratch, values * sizeof *run->values);
@@ -190,14 +216,42 @@ static size_t pass_observers(const struct bcd_run *run, size_t *first)
     return run->progress->second_pass ? run->observer_count : run->first_pass;
 }
 
-static void choose_plan(struct bcd_run *run)
-{
-    run->sim.plan = run->progress->second_pass ? &run->scene->coarse : run->plan;
-}
-
 static bool finished(const struct bcd_run *run)
 {
     return run->progress->realization == run->count;
+}
+
+/* How many realizations make their first pass together: as many lanes as there are, or of what is
+ * left a power of two. */
+static int64_t group(const struct bcd_run *run)
+{
+    int64_t lanes = run->lanes;
+    while (lanes > run->count - run->progress->realization)
+        lanes /= 2;
+    return lanes;
+}
+
+/* The realization of the job that the first lane is about. */
+static int64_t leading(const struct bcd_run *run)
+{
+    const struct progress *progress = run->progress;
+    return run->first + progress->realization +
+           (progress->second_pass ? progress->second_pass - 1 : 0);
+}
+
+static void choose_pass(struct bcd_run *run)
+{
+    const bool second = run->progress->second_pass != 0;
+    run->sim.plan = second ? &run->scene->coarse : run->plan;
+    run->sim.lanes = second ? 1 : group(run);
+    sim_aim(&run->sim, leading(run));
+}
+
+static struct observer observer_of(const struct bcd_run *run, size_t i, int64_t lane)
+{
+    struct observer o = run->observers[i];
+    o.memory = (char *)o.memory + (size_t)lane * run->apart[i];
+    return o;
 }
 
 /* The next measured tick > after at which the observer looks. */
@@ -216,27 +270,33 @@ static void schedule(struct bcd_run *run)
     int64_t now = sim_measured(&run->sim);
     size_t first, end = pass_observers(run, &first);
     for (size_t i = first; i < end; i++)
-        run->due[i] = now < 0 ? INT64_MAX : next_look(run, &run->observers[i], now);
+        for (int64_t lane = 0; lane < run->sim.lanes; lane++) {
+            const struct observer o = observer_of(run, i, lane);
+            run->due[i][lane] = now < 0 ? INT64_MAX : next_look(run, &o, now);
+        }
 }
 
 static void begin_measurement(struct bcd_run *run)
 {
     run->progress->block = 0;
     size_t first, end = pass_observers(run, &first);
-    for (size_t i = first; i < end; i++) {
-        const struct observable_type *type = run->observers[i].type;
-        run->sim.seen = type->mid_drift && step_error_views_used(run->plan)
-                            ? run->plan->method->view(&run->sim, VIEW_MID_DRIFT)
-                            : run->sim.y;
-        type->begin(&run->observers[i], &run->sim);
+    for (int64_t lane = 0; lane < run->sim.lanes; lane++) {
+        struct sim sim = sim_lane(&run->sim, lane);
+        for (size_t i = first; i < end; i++) {
+            struct observer o = observer_of(run, i, lane);
+            sim.seen = o.type->mid_drift && step_error_views_used(run->plan)
+                           ? run->plan->method->view(&sim, VIEW_MID_DRIFT)
+                           : sim.y;
+            o.type->begin(&o, &sim);
+        }
     }
     schedule(run);
 }
 
 static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *error)
 {
-    choose_plan(run);
-    enum bcd_status status = sim_begin(&run->sim, run->first + run->progress->realization, error);
+    choose_pass(run);
+    enum bcd_status status = sim_begin(&run->sim, leading(run), error);
     if (status)
         return status;
     if (run->plan->method->begin)
@@ -248,31 +308,44 @@ static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *
     return BCD_OK;
 }
 
+/* What the first pass of a lane measured in the block. */
+static double *first_values(const struct bcd_run *run, int64_t lane)
+{
+    int64_t row = lane * run->scene->coarse.blocks + run->progress->block;
+    return run->paired + (size_t)row * run->tally.count;
+}
+
 /* Takes off what the first pass of the same realization measured in this block. */
 static void subtract_first_pass(const struct bcd_run *run, const struct observer *o)
 {
-    const double *before = run->paired + (size_t)run->progress->block * run->tally.count;
+    const double *before = first_values(run, run->progress->second_pass - 1);
     for (size_t i = o->first; i < o->first + o->count; i++)
         run->values[i] -= before[i - o->count];
 }
 
-static void end_block(struct bcd_run *run)
+static void end_block_of(struct bcd_run *run, int64_t lane)
 {
     const size_t count = run->tally.count;
+    const struct sim sim = sim_lane(&run->sim, lane);
     for (size_t i = 0; i < count; i++)
         run->values[i] = NAN;
     size_t first, end = pass_observers(run, &first);
     for (size_t i = first; i < end; i++) {
-        struct observer *o = &run->observers[i];
-        o->type->end_block(o, &run->sim, run->values + o->first);
+        struct observer o = observer_of(run, i, lane);
+        o.type->end_block(&o, &sim, run->values + o.first);
         if (run->progress->second_pass)
-            subtract_first_pass(run, o);
+            subtract_first_pass(run, &o);
     }
     tally_add(&run->tally, run->values);
     if (run->paired && !run->progress->second_pass &&
         run->progress->block < run->scene->coarse.blocks)
-        memcpy(run->paired + (size_t)run->progress->block * count, run->values,
-               count * sizeof *run->values);
+        memcpy(first_values(run, lane), run->values, count * sizeof *run->values);
+}
+
+static void end_block(struct bcd_run *run)
+{
+    for (int64_t lane = 0; lane < run->sim.lanes; lane++)
+        end_block_of(run, lane);
     run->progress->block++;
 }
 
@@ -287,36 +360,42 @@ static int64_t next_stop(const struct bcd_run *run)
     int64_t measured = plan_block_end(plan, run->progress->block);
     size_t first, end = pass_observers(run, &first);
     for (size_t i = first; i < end; i++)
-        measured = run->due[i] < measured ? run->due[i] : measured;
+        for (int64_t lane = 0; lane < run->sim.lanes; lane++)
+            measured = run->due[i][lane] < measured ? run->due[i][lane] : measured;
     return stop < plan->equilibration_steps + measured ? stop
                                                        : plan->equilibration_steps + measured;
 }
 
-/* All observers of one view that are due look. */
-static void look(struct bcd_run *run, enum view view, int64_t measured)
+/* All observers of one view and lane that are due look. */
+static void look(struct bcd_run *run, enum view view, int64_t lane, int64_t measured)
 {
-    run->sim.seen = step_error_views_used(run->plan) ? NULL : run->sim.y;
+    struct sim sim = sim_lane(&run->sim, lane);
+    sim.seen = step_error_views_used(run->plan) ? NULL : sim.y;
     size_t first, end = pass_observers(run, &first);
     for (size_t i = first; i < end; i++) {
-        struct observer *o = &run->observers[i];
-        if (o->view != view || run->due[i] != measured)
+        struct observer o = observer_of(run, i, lane);
+        if (o.view != view || run->due[i][lane] != measured)
             continue;
-        if (!run->sim.seen && (o->type->sample_ns || o->type->mid_drift))
-            run->sim.seen = run->plan->method->view(&run->sim, view);
-        o->type->sample(o, &run->sim);
-        run->due[i] = next_look(run, o, measured);
+        if (!sim.seen && (o.type->sample_ns || o.type->mid_drift))
+            sim.seen = run->plan->method->view(&sim, view);
+        o.type->sample(&o, &sim);
+        run->due[i][lane] = next_look(run, &o, measured);
     }
 }
 
-/* After the last tick of a pass: the second pass, or the next realization. */
+/* After the last tick of a pass: the second pass of the first lane on that makes one, or the next
+ * realizations. */
 static enum bcd_status next_pass(struct bcd_run *run, struct bcd_error *error)
 {
     struct progress *progress = run->progress;
-    progress->second_pass =
-        !progress->second_pass && plan_is_paired(run->plan, run->first + progress->realization);
+    const int64_t lanes = group(run);
+    int64_t lane = progress->second_pass;
+    while (lane < lanes && !plan_is_paired(run->plan, run->first + progress->realization + lane))
+        lane++;
+    progress->second_pass = lane < lanes ? lane + 1 : 0;
     if (!progress->second_pass) {
-        progress->realization++;
-        *run->tally.realizations += 1;
+        progress->realization += lanes;
+        *run->tally.realizations += (double)lanes;
     }
     return finished(run) ? BCD_OK : begin_realization(run, error);
 }
@@ -333,7 +412,8 @@ static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
         return BCD_OK;
     }
     for (int view = 0; view < VIEWS; view++)
-        look(run, (enum view)view, measured);
+        for (int64_t lane = 0; lane < run->sim.lanes; lane++)
+            look(run, (enum view)view, lane, measured);
     if (measured == plan_block_end(plan, run->progress->block))
         end_block(run);
     return measured == plan->steps ? next_pass(run, error) : BCD_OK;
@@ -342,11 +422,14 @@ static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
 enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_error *error)
 {
     while (ticks > 0 && !finished(run) && !run->status) {
+        const int64_t lanes = run->sim.lanes, most = (ticks + lanes - 1) / lanes;
         int64_t go = next_stop(run) - run->sim.clock->tick;
-        bool arrive = go <= ticks;
-        go = arrive ? go : ticks;
+        bool arrive = go <= most;
+        go = arrive ? go : most;
         run->plan->method->advance(&run->sim, go);
-        ticks -= go;
+        for (int64_t lane = 1; lane < lanes; lane++)
+            run->sim.clock[lane].tick = run->sim.clock->tick;
+        ticks -= go * lanes;
         if (!arrive)
             continue;
         run->status = attend(run, error);
@@ -359,11 +442,17 @@ enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_e
 
 int64_t bcd_run_ticks_done(const struct bcd_run *run)
 {
-    int64_t whole = ticks_of(run, run->progress->realization);
+    const struct progress *progress = run->progress;
+    int64_t whole = ticks_of(run, progress->realization), tick = run->sim.clock->tick;
     if (finished(run))
         return whole;
-    whole += run->progress->second_pass ? ticks_of_pass(run->plan) : 0;
-    return whole + run->sim.clock->tick;
+    if (!progress->second_pass)
+        return whole + group(run) * tick;
+    whole += group(run) * ticks_of_pass(run->plan);
+    for (int64_t lane = 0; lane + 1 < progress->second_pass; lane++)
+        if (plan_is_paired(run->plan, run->first + progress->realization + lane))
+            whole += ticks_of_pass(&run->scene->coarse);
+    return whole + tick;
 }
 
 int64_t bcd_run_ticks_total(const struct bcd_run *run)
@@ -421,9 +510,8 @@ enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t s
         return error_set(error, BCD_CORRUPT, "", "a checkpoint of %zu bytes, %zu expected", size,
                          bcd_run_checkpoint_size(run));
     memcpy(run->kept.bytes, (const char *)bytes + BLOB_HEADER_SIZE, run->kept.used);
-    choose_plan(run);
-    run->sim.noise.realization = (uint32_t)(run->first + run->progress->realization);
-    run->sim.noise.doubled = run->progress->second_pass;
+    if (!finished(run))
+        choose_pass(run);
     schedule(run);
     return BCD_OK;
 }

@@ -8,11 +8,26 @@
 
 enum { UNIFORMS_AT_ONCE = 64 };
 
+void sim_layout_lanes(struct sim *sim, const struct plan *plan, int64_t lanes, struct arena *kept,
+                      struct arena *scratch)
+{
+    const int64_t whole = arena_whole(plan->particles);
+    sim->plan = plan;
+    sim->lanes = lanes;
+    sim->clock = arena_take(kept, (size_t)lanes * sizeof *sim->clock);
+    sim->y = sim_take_rods(sim, kept);
+    sim->offset = NULL;
+    if (lanes == 1)
+        return;
+    double *offset = sim_take_rods(sim, scratch);
+    for (int64_t i = 0; i < whole * lanes && offset; i++)
+        offset[i] = (double)(i % whole) * plan->diameter;
+    sim->offset = offset;
+}
+
 void sim_layout(struct sim *sim, const struct plan *plan, struct arena *kept)
 {
-    sim->plan = plan;
-    sim->clock = arena_take(kept, sizeof *sim->clock);
-    sim->y = sim_take_rods(plan, kept);
+    sim_layout_lanes(sim, plan, 1, kept, NULL);
 }
 
 /* The uniform numbers in (0, 1) of a realization's initial configuration, one after another. */
@@ -88,12 +103,9 @@ static enum bcd_status place_equilibrium(struct sim *sim, struct bcd_error *erro
     return theory_sampler_draw(sim->plan->sampler, sim->y, &uniforms, error);
 }
 
-enum bcd_status sim_begin(struct sim *sim, int64_t realization, struct bcd_error *error)
+static enum bcd_status place(struct sim *sim, struct bcd_error *error)
 {
     *sim->clock = (struct sim_clock){0, 0};
-    sim->noise = (struct noise_key){.seed = sim->plan->seed, .stream = STREAM_STEPS};
-    sim->noise.realization = (uint32_t)realization;
-    sim->noise.doubled = plan_ticks_per_step(sim->plan) > 1;
     if (sim->plan->initial == INITIAL_EQUILIBRIUM)
         return place_equilibrium(sim, error);
     if (sim->plan->initial == INITIAL_LATTICE)
@@ -105,7 +117,28 @@ enum bcd_status sim_begin(struct sim *sim, int64_t realization, struct bcd_error
     return BCD_OK;
 }
 
-void sim_recentre(struct sim *sim)
+void sim_aim(struct sim *sim, int64_t realization)
+{
+    sim->noise = (struct noise_key){.seed = sim->plan->seed, .stream = STREAM_STEPS};
+    sim->noise.realization = (uint32_t)realization;
+    sim->noise.doubled = plan_ticks_per_step(sim->plan) > 1;
+    sim->noise.all = true;
+    while (INT64_C(1) << sim->noise.side < sim->lanes)
+        sim->noise.side++;
+}
+
+enum bcd_status sim_begin(struct sim *sim, int64_t realization, struct bcd_error *error)
+{
+    enum bcd_status status = BCD_OK;
+    sim_aim(sim, realization);
+    for (int64_t i = 0; i < sim->lanes && status == BCD_OK; i++) {
+        struct sim lane = sim_lane(sim, i);
+        status = place(&lane, error);
+    }
+    return status;
+}
+
+static void recentre(const struct sim *sim)
 {
     const double far = 64; /* lengths L: 6 of 53 bits are spent before we act */
     double length = sim->plan->length, turns = trunc(sim->y[0] / length);
@@ -114,4 +147,12 @@ void sim_recentre(struct sim *sim)
     for (int64_t i = 0; i < sim->plan->particles; i++)
         sim->y[i] -= turns * length;
     sim->clock->turns += (int64_t)turns;
+}
+
+void sim_recentre(struct sim *sim)
+{
+    for (int64_t i = 0; i < sim->lanes; i++) {
+        struct sim lane = sim_lane(sim, i);
+        recentre(&lane);
+    }
 }

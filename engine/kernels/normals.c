@@ -113,16 +113,17 @@ void normals_rows(double *out, int64_t n, const struct normals_ticks *ticks,
 {
     struct philox_tile t;
     struct normal_tile normal;
-    const int64_t blocks = normals_stride(n) / 4, total = blocks * ticks->count;
+    const int64_t blocks = normals_stride(n) / 4, total = (blocks * ticks->count) << ticks->side;
+    const uint32_t lanes = UINT32_C(1) << ticks->side;
     /* at / blocks is at * inverse >> 20 for the few counters that there are here. */
     const uint32_t inverse = (1u << 20) / (uint32_t)blocks + 1;
     assert(total <= ROWS_BLOCKS_MAX);
     for (int64_t start = 0; start < total; start += TILE) {
         for (int j = 0; j < TILE; j++) {
             uint32_t at = (uint32_t)start + (uint32_t)j, row = at * inverse >> 20;
-            int64_t tick = ticks->first + (int64_t)row * ticks->every;
+            int64_t tick = ticks->first + (int64_t)(row >> ticks->side) * ticks->every;
             t.word[0][j] = at - row * (uint32_t)blocks;
-            t.word[1][j] = key->realization;
+            t.word[1][j] = (uint32_t)(key->realization + (row & (lanes - 1)));
             t.word[2][j] = (uint64_t)tick;
             t.word[3][j] = tick_high(key, tick);
         }

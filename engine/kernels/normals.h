@@ -18,6 +18,10 @@ struct noise_key {
     uint32_t realization;
     uint8_t stream; /* separates uses: 0 = steps, 1 = initial configuration, ... */
     bool doubled;   /* noise.h: a step is two ticks long and takes the noise of both */
+    /* noise.h: of 2^side realizations that go side by side this is number `lane`; all: what is
+     * meant is this one, number 0, and those after it. */
+    uint8_t side, lane;
+    bool all;
 };
 
 /* out[i] += scale * normal(i), i = 0 .. n-1, for one tick (0 <= tick < 2^56), n < 2^34. */
@@ -28,11 +32,13 @@ static inline int64_t normals_stride(int64_t n)
     return (n + 3) / 4 * 4;
 }
 
-/* The same normals, unscaled, for several ticks at once: row t of out holds those of tick first + t
- * every, rows are normals_stride(n) apart (the rest of a row is filled too). For small n, where one
- * tick leaves most of a vector register idle. */
+/* The same normals, unscaled, for several ticks and realizations at once: row t 2^side + r of out
+ * holds those of tick first + t every and realization key->realization + r, r < 2^side; rows are
+ * normals_stride(n) apart (the rest of a row is filled too). For small n, where one tick leaves
+ * most of a vector register idle. */
 struct normals_ticks {
-    int64_t first, every, count; /* count normals_stride(n) <= 2048 */
+    int64_t first, every, count; /* count 2^side normals_stride(n) <= 2048 */
+    int side;
 };
 void normals_rows(double *out, int64_t n, const struct normals_ticks *ticks,
                   const struct noise_key *key);

@@ -28,20 +28,62 @@ void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
 }
 
 KERNEL_CLONES
+void wave_add_sine_at(double *out, const struct wave_places *at, const struct wave *wave,
+                      double scale)
+{
+    const double k = wave->inverse_wavelength, phase = wave->phase;
+    const double *y = at->y, *offset = at->offset;
+    const int64_t half = at->count / 2; /* two at once */
+    TURNS_APART
+    for (int64_t i = 0; i < half; i++) {
+        double near = (y[i] + offset[i]) * k + phase;
+        double far = (y[i + half] + offset[i + half]) * k + phase;
+        near = sin_turns(near);
+        far = sin_turns(far);
+        out[i] += scale * near;
+        out[i + half] += scale * far;
+    }
+}
+
+/* What a rod at u turns gains, in wavelengths. The denominator adds two numbers >= 0 that are not 0
+ * together. */
+static inline __attribute__((always_inline)) double flow_of(double u, double growth)
+{
+    const double gain = growth - 1;
+    double r = u - round_whole(u), s = sin_half(r), c = cos_half(r);
+    return arc_tangent(gain * s / ((1 + c) + growth * (1 - c)));
+}
+
+KERNEL_CLONES
 void wave_flow(double *y, int64_t n, double diameter, const struct wave *wave, double growth)
 {
     const double k = wave->inverse_wavelength, phase = wave->phase;
-    const double unit = 1 / (3.141592653589793 * k), gain = growth - 1;
+    const double unit = 1 / (3.141592653589793 * k);
     for (int64_t start = 0; start < n; start += TILE) {
         int count = n - start < TILE ? (int)(n - start) : TILE;
         double base = (double)start;
         double *at = y + start;
         for (int j = 0; j < count; j++) {
             double u = (at[j] + (base + (double)j) * diameter) * k + phase;
-            double r = u - round_whole(u), s = sin_half(r), c = cos_half(r);
-            /* The denominator adds two numbers >= 0 that are not 0 together. */
-            at[j] += unit * arc_tangent(gain * s / ((1 + c) + growth * (1 - c)));
+            at[j] += unit * flow_of(u, growth);
         }
+    }
+}
+
+KERNEL_CLONES
+void wave_flow_at(double *y, const struct wave_places *at, const struct wave *wave, double growth)
+{
+    const double k = wave->inverse_wavelength, phase = wave->phase;
+    const double unit = 1 / (3.141592653589793 * k), *offset = at->offset;
+    const int64_t half = at->count / 2; /* two at once */
+    TURNS_APART
+    for (int64_t i = 0; i < half; i++) {
+        double near = (y[i] + offset[i]) * k + phase;
+        double far = (y[i + half] + offset[i + half]) * k + phase;
+        near = flow_of(near, growth);
+        far = flow_of(far, growth);
+        y[i] += unit * near;
+        y[i + half] += unit * far;
     }
 }
 

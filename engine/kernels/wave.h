@@ -16,9 +16,20 @@ struct wave {
 void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
                    const struct wave *wave, double scale);
 
+/* The same for rods of several rings, x_i = y_i + offset_i; count is even. */
+struct wave_places {
+    const double *y, *offset; /* [count] */
+    int64_t count;
+};
+void wave_add_sine_at(double *out, const struct wave_places *at, const struct wave *wave,
+                      double scale);
+
 /* The exact flow of dx/dt = c sin(2 pi turns(x)) for a time t, y[i] in and out:
  *     tan(pi turns') = E tan(pi turns),   E = growth = exp(2 pi c t / wavelength) > 0. */
 void wave_flow(double *y, int64_t n, double diameter, const struct wave *wave, double growth);
+
+/* The same for rods of several rings; at->y is y. */
+void wave_flow_at(double *y, const struct wave_places *at, const struct wave *wave, double growth);
 
 /* Sum over i of cos(2 pi turns(x_i)), in a fixed order of eight partial sums. */
 double wave_sum_cosine(const double *y, int64_t n, double diameter, const struct wave *wave);

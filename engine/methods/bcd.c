@@ -18,7 +18,7 @@ static void bcd_layout(struct sim *sim, struct arena *kept, struct arena *scratc
 {
     struct bcd_work work, *own = arena_take(scratch, sizeof *own);
     (void)kept;
-    bcd_step_layout(&work.step, sim->plan, false, scratch);
+    bcd_step_layout(&work.step, sim, false, scratch);
     work.blocks = arena_take(scratch, isotonic_blocks(sim->plan->particles) * sizeof *work.blocks);
     if (own)
         *own = work;
@@ -30,7 +30,7 @@ static void bcd_advance(struct sim *sim, int64_t ticks)
     struct bcd_work *work = sim->work;
     for (int64_t t = 0; t < ticks; t++) {
         proposal_euler(&work->step.proposal, sim);
-        resolve_sticking(sim->plan, sim->y, work->blocks);
+        resolve_sticking(sim, sim->y, work->blocks);
         sim->clock->tick++;
     }
 }
@@ -39,7 +39,7 @@ static void bcd_resolve(struct sim *sim, const double *y, double *z)
 {
     struct bcd_work *work = sim->work;
     (void)y;
-    resolve_sticking(sim->plan, z, work->blocks);
+    resolve_sticking(sim, z, work->blocks);
 }
 
 static void bcd_contact_forces(struct sim *sim, double *force)
@@ -51,6 +51,7 @@ static void bcd_contact_forces(struct sim *sim, double *force)
 const struct method_type method_bcd = {
     .part = {.name = "bcd", .doc = "Brownian cluster dynamics by isotonic regression"},
     .keeps_contacts = true,
+    .lanes = true,
     .order = 0.5,
     .step_ns = 6,
     .time_step = bcd_time_step,

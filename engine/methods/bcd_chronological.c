@@ -30,7 +30,7 @@ static void chronological_layout(struct sim *sim, struct arena *kept, struct are
     struct chronological_work work, *own = arena_take(scratch, sizeof *own);
     size_t n = (size_t)sim->plan->particles;
     (void)kept;
-    bcd_step_layout(&work.step, sim->plan, true, scratch);
+    bcd_step_layout(&work.step, sim, true, scratch);
     work.rods.clusters = arena_take(scratch, n * sizeof *work.rods.clusters);
     work.rods.first_of = arena_take(scratch, n * sizeof *work.rods.first_of);
     work.rods.time = arena_take(scratch, n * sizeof *work.rods.time);

@@ -18,7 +18,7 @@ static void premerging_layout(struct sim *sim, struct arena *kept, struct arena 
 {
     struct premerging_work work, *own = arena_take(scratch, sizeof *own);
     (void)kept;
-    bcd_step_layout(&work.step, sim->plan, true, scratch);
+    bcd_step_layout(&work.step, sim, true, scratch);
     work.stack = arena_take(scratch, (size_t)sim->plan->particles * sizeof *work.stack);
     if (own)
         *own = work;

@@ -41,7 +41,7 @@ static void elastic_layout(struct sim *sim, struct arena *kept, struct arena *sc
 {
     struct elastic_work work, *own = arena_take(scratch, sizeof *own);
     (void)kept;
-    proposal_layout(&work.proposal, sim->plan, scratch);
+    proposal_layout(&work.proposal, sim, scratch);
     work.scratch = arena_take(scratch, (size_t)sim->plan->particles * sizeof *work.scratch);
     if (own)
         *own = work;
@@ -53,13 +53,14 @@ static void elastic_advance(struct sim *sim, int64_t ticks)
     struct elastic_work *work = sim->work;
     for (int64_t t = 0; t < ticks; t++) {
         proposal_euler(&work->proposal, sim);
-        resolve_reflecting(sim->plan, sim->y, work->scratch);
+        resolve_reflecting(sim, sim->y, work->scratch);
         sim->clock->tick++;
     }
 }
 
 const struct method_type method_elastic = {
     .part = {.name = "elastic", .doc = "Euler step with elastic collisions by sorting"},
+    .lanes = true,
     .order = 1,
     .step_ns = 5,
     .cannot = elastic_cannot,

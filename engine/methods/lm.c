@@ -68,7 +68,7 @@ static void lm_layout(struct sim *sim, struct arena *kept, struct arena *scratch
     struct lm_work work, *own = arena_take(scratch, sizeof *own);
     size_t n = (size_t)sim->plan->particles;
     noise_layout(&work.noise, sim->plan->particles, 1, scratch);
-    work.kick = sim_take_rods(sim->plan, kept);
+    work.kick = sim_take_rods(sim, kept);
     work.scratch = arena_take(scratch, 2 * n * sizeof *work.scratch);
     if (own)
         *own = work;
@@ -78,28 +78,36 @@ static void lm_layout(struct sim *sim, struct arena *kept, struct arena *scratch
 static void lm_begin(struct sim *sim)
 {
     struct lm_work *work = sim->work;
+    const int64_t n = sim->plan->particles;
     struct noise_key key = sim->noise;
     key.stream = STREAM_FIRST_KICK;
-    for (int64_t i = 0; i < sim->plan->particles; i++)
+    for (int64_t i = 0; i < sim_rods(sim); i++)
         work->kick[i] = 0;
-    normals_add(work->kick, sim->plan->particles, half_noise(sim->plan), &key, 0);
+    for (int64_t lane = 0; lane < sim->lanes; lane++, key.realization++)
+        normals_add(work->kick + lane * arena_whole(n), n, half_noise(sim->plan), &key, 0);
 }
 
-static void collide(const struct plan *plan, const struct marked_rods *rods)
+static void collide(const struct sim *sim)
 {
-    if (plan->walls)
-        reflect_walls_marked(rods, plan->low, plan->low + plan->free_length);
-    else
-        ring_sort_marked(rods, plan->free_length);
+    const struct plan *plan = sim->plan;
+    const struct lm_work *work = sim->work;
+    struct marked_rods rods = {sim->y, work->kick, plan->particles, work->scratch};
+    for (int64_t lane = 0; lane < sim->lanes; lane++) {
+        if (plan->walls)
+            reflect_walls_marked(&rods, plan->low, plan->low + plan->free_length);
+        else
+            ring_sort_marked(&rods, plan->free_length);
+        rods.y += arena_whole(plan->particles);
+        rods.mark += arena_whole(plan->particles);
+    }
 }
 
 static void lm_advance(struct sim *sim, int64_t ticks)
 {
     const struct plan *plan = sim->plan;
     struct lm_work *work = sim->work;
-    const int64_t whole = arena_whole(plan->particles);
+    const int64_t whole = sim_rods(sim);
     const double drift = plan->mobility * plan->time_step, noise = half_noise(plan);
-    const struct marked_rods rods = {sim->y, work->kick, plan->particles, work->scratch};
     for (int64_t t = 0; t < ticks; t++) {
         proposal_add_forces(sim, sim->y, drift, work->kick);
         const double *row = noise_row(&work->noise, &sim->noise, sim->clock->tick);
@@ -108,13 +116,14 @@ static void lm_advance(struct sim *sim, int64_t ticks)
             noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->kick);
             rods_add(sim->y, work->kick, 1, whole);
         }
-        collide(plan, &rods);
+        collide(sim);
         sim->clock->tick++;
     }
 }
 
 const struct method_type method_lm = {
     .part = {.name = "lm", .doc = "Leimkuhler-Matthews step by sorting, equilibrium averages only"},
+    .lanes = true,
     .order = 1.5,
     .step_ns = 5,
     .cannot = lm_cannot,

@@ -70,7 +70,7 @@ static void metropolis_layout(struct sim *sim, struct arena *kept, struct arena 
     const int64_t n = sim->plan->particles;
     (void)kept;
     noise_layout(&work.noise, n, 1, scratch);
-    work.jump = sim_take_rods(sim->plan, scratch);
+    work.jump = sim_take_rods(sim, scratch);
     int64_t blocks = normals_stride(n) / 4;
     work.lots = (struct lots){.span = blocks < BLOCKS_AT_ONCE ? BLOCKS_AT_ONCE / blocks : 1,
                               .row = 4 * blocks,

@@ -52,15 +52,15 @@ static void strang_layout(struct sim *sim, struct arena *kept, struct arena *scr
     (void)kept;
     int64_t n = plan->particles;
     noise_layout(&work.noise, n, 1, scratch);
-    work.scratch = sim_take_rods(plan, scratch);
+    work.scratch = sim_take_rods(sim, scratch);
     /* What follows is for those scenes only that have it. */
     if (plan->field || plan->pair || (plan->force != 0 && plan->walls))
         work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     if (needs_midpoint(plan))
-        work.middle = sim_take_rods(plan, scratch);
+        work.middle = sim_take_rods(sim, scratch);
     if (plan->looks_inside && !strang_exact(plan, false)) {
         noise_layout(&work.view_noise, n, plan->sample_steps, scratch);
-        work.view = sim_take_rods(plan, scratch);
+        work.view = sim_take_rods(sim, scratch);
     }
     if (own)
         *own = work;
@@ -86,17 +86,17 @@ static void flow_midpoint(const struct sim *sim, double time, double *y)
 {
     const struct plan *plan = sim->plan;
     struct strang_work *work = sim->work;
-    sim_copy_rods(plan, work->middle, y);
+    sim_copy_rods(sim, work->middle, y);
     proposal_add_forces(sim, y, plan->mobility * time / 2, work->middle);
     /* Forces push rods of a cluster into each other: half way they are in order again. */
-    resolve_sticking(plan, work->middle, work->blocks);
+    resolve_sticking(sim, work->middle, work->blocks);
     proposal_add_forces(sim, work->middle, plan->mobility * time, y);
 }
 
-static void shift(const struct plan *plan, double *y, double by)
+static void shift(const struct sim *sim, double *y, double by)
 {
     if (by != 0)
-        rods_shift(y, by, arena_whole(plan->particles));
+        rods_shift(y, by, sim_rods(sim));
 }
 
 /* Exact flow in the field, between two halves of what the drag does. */
@@ -105,14 +105,14 @@ static void flow_exact(const struct sim *sim, const struct strang_drift *over, d
     const struct plan *plan = sim->plan;
     const double dragged = plan->mobility * plan->force * over->time;
     if (!plan->field) {
-        shift(plan, y, dragged);
+        shift(sim, y, dragged);
         return;
     }
-    const struct rods rods = {y, arena_whole(plan->particles), plan->diameter,
-                              sim_time(sim) + over->time / 2};
-    shift(plan, y, dragged / 2);
+    const struct rods rods = {y, sim_rods(sim), plan->diameter, sim_time(sim) + over->time / 2,
+                              sim->offset};
+    shift(sim, y, dragged / 2);
     plan->potential->flow(plan->potential_par, &rods, over->growth, y);
-    shift(plan, y, dragged / 2);
+    shift(sim, y, dragged / 2);
 }
 
 /* The constrained deterministic flow. */
@@ -127,7 +127,7 @@ static void drift(const struct sim *sim, const struct strang_drift *over, double
     bool ordered = !plan->pair && !plan->field && (plan->force == 0 || !plan->walls);
     if (ordered) /* the same shift for all */
         return;
-    resolve_sticking(plan, y, work->blocks);
+    resolve_sticking(sim, y, work->blocks);
 }
 
 static void strang_advance(struct sim *sim, int64_t ticks)
@@ -140,7 +140,7 @@ static void strang_advance(struct sim *sim, int64_t ticks)
         drift(sim, &whole, sim->y);
         if (noise > 0) {
             noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, sim->y);
-            resolve_reflecting(plan, sim->y, work->scratch);
+            resolve_reflecting(sim, sim->y, work->scratch);
         }
         sim->clock->tick++;
     }
@@ -154,7 +154,7 @@ static const double *strang_view(struct sim *sim, enum view view)
     struct strang_work *work = sim->work;
     const struct strang_drift over =
         drift_of(plan, view == VIEW_MID_DRIFT ? plan->time_step / 2 : plan->time_step);
-    sim_copy_rods(plan, work->view, sim->y);
+    sim_copy_rods(sim, work->view, sim->y);
     drift(sim, &over, work->view);
     if (view == VIEW_MID_DRIFT || plan->diffusion == 0)
         return work->view;
@@ -162,12 +162,13 @@ static const double *strang_view(struct sim *sim, enum view view)
     key.stream = STREAM_VIEW;
     const double noise = sqrt(plan->diffusion * plan->time_step);
     noise_add(&work->view_noise, &key, sim->clock->tick, noise, work->view);
-    resolve_reflecting(plan, work->view, work->scratch);
+    resolve_reflecting(sim, work->view, work->scratch);
     return work->view;
 }
 
 const struct method_type method_strang = {
     .part = {.name = "strang", .doc = "deterministic sticky flow and reflected noise in turns"},
+    .lanes = true,
     .order = 1.5,
     .step_ns = 8,
     .view_ns = 12,

@@ -83,14 +83,14 @@ static void bonds_layout(struct sim *sim, struct arena *kept, struct arena *scra
     noise_layout(&work.noise, n, 1, scratch);
     work.blocks = arena_take(scratch, isotonic_blocks(n) * sizeof *work.blocks);
     work.space.clusters = arena_take(scratch, rods * sizeof *work.space.clusters);
-    work.space.due = sim_take_rods(sim->plan, scratch);
+    work.space.due = sim_take_rods(sim, scratch);
     work.space.heap = arena_take(scratch, (rods + 1) * sizeof *work.space.heap);
     work.space.queued = arena_take(scratch, rods * sizeof *work.space.queued);
-    work.middle = sim_take_rods(sim->plan, scratch);
-    work.back = sim_take_rods(sim->plan, scratch);
-    work.drift = sim_take_rods(sim->plan, scratch);
-    work.velocity = sim_take_rods(sim->plan, scratch);
-    work.half = sim_take_rods(sim->plan, scratch);
+    work.middle = sim_take_rods(sim, scratch);
+    work.back = sim_take_rods(sim, scratch);
+    work.drift = sim_take_rods(sim, scratch);
+    work.velocity = sim_take_rods(sim, scratch);
+    work.half = sim_take_rods(sim, scratch);
     work.bonded = arena_take(kept, rods);
     if (own)
         *own = work;
@@ -122,7 +122,8 @@ static struct bond_ring ring_of(const struct plan *plan, const struct bonds_stat
 static void flow_exact(const struct plan *plan, double at, double time, double *y)
 {
     const double half = plan->mobility * plan->force * time / 2;
-    const struct rods rods = {y, plan->particles, plan->diameter, at};
+    const struct rods rods = {
+        .y = y, .count = plan->particles, .diameter = plan->diameter, .time = at};
     if (half != 0)
         for (int64_t i = 0; i < plan->particles; i++)
             y[i] += half;
@@ -165,7 +166,8 @@ static void drift_exact(const struct sim *sim, double time, const struct bonds_s
 static void add_forces(const struct sim *sim, const double *y, double scale, double *out)
 {
     const struct plan *plan = sim->plan;
-    struct rods rods = {y, plan->particles, plan->diameter, sim_time(sim)};
+    struct rods rods = {
+        .y = y, .count = plan->particles, .diameter = plan->diameter, .time = sim_time(sim)};
     plan->potential->add_force(plan->potential_par, &rods, scale, out);
     if (plan->force != 0)
         for (int64_t i = 0; i < plan->particles; i++)
@@ -183,7 +185,7 @@ static void drift_midpoint(const struct sim *sim, double time, const struct bond
     add_forces(sim, state->y, plan->mobility * time / 2, work->middle);
     if (plan->free_length > 0)
         bonds_average(&ring);
-    resolve_sticking(plan, work->middle, work->blocks);
+    resolve_sticking(sim, work->middle, work->blocks);
     memset(work->drift, 0, bytes);
     add_forces(sim, work->middle, plan->mobility * time, work->drift);
     for (int64_t i = 0; i < plan->particles; i++)
@@ -204,7 +206,7 @@ static void drift(const struct sim *sim, double time, const struct bonds_state *
     const struct bond_ring ring = ring_of(plan, state);
     if (plan->free_length > 0)
         bonds_average(&ring);
-    resolve_sticking(plan, state->y, work->blocks);
+    resolve_sticking(sim, state->y, work->blocks);
 }
 
 /* --------------------------------------------------------------------- step */
@@ -220,7 +222,7 @@ static void step(struct sim *sim)
         drift(sim, plan->time_step, &rods);
         if (deviation > 0) {
             noise_add(&work->noise, &sim->noise, sim->clock->tick, deviation, sim->y);
-            resolve_reflecting(plan, sim->y, work->velocity);
+            resolve_reflecting(sim, sim->y, work->velocity);
         }
         return;
     }
@@ -242,13 +244,13 @@ static void step(struct sim *sim)
         for (int64_t i = 0; i < plan->particles; i++)
             work->half[i] = sim->y[i] + work->velocity[i] / 2;
         bonds_average(&half_ring);
-        resolve_sticking(plan, half.y, work->blocks);
+        resolve_sticking(sim, half.y, work->blocks);
         drift(sim, plan->time_step, &half);
         noise.drift = work->drift;
     }
     const struct bond_ring ring = ring_of(plan, &rods);
     bonds_move(&ring, &noise, &work->space);
-    resolve_sticking(plan, sim->y, work->blocks); /* rounding */
+    resolve_sticking(sim, sim->y, work->blocks); /* rounding */
 }
 
 static void bonds_advance(struct sim *sim, int64_t ticks)

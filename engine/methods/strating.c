@@ -41,7 +41,7 @@ static void strating_layout(struct sim *sim, struct arena *kept, struct arena *s
 {
     struct strating_work work, *own = arena_take(scratch, sizeof *own);
     (void)kept;
-    proposal_layout(&work.proposal, sim->plan, scratch);
+    proposal_layout(&work.proposal, sim, scratch);
     work.scratch = arena_take(scratch, (size_t)sim->plan->particles * sizeof *work.scratch);
     if (own)
         *own = work;

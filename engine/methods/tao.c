@@ -64,9 +64,9 @@ static void tao_layout(struct sim *sim, struct arena *kept, struct arena *scratc
     size_t n = (size_t)sim->plan->particles, pairs = (size_t)pairs_of(sim->plan);
     (void)kept;
     noise_layout(&work.noise, sim->plan->particles, 1, scratch);
-    work.drift = sim_take_rods(sim->plan, scratch);
-    work.pace = sim_take_rods(sim->plan, scratch);
-    work.since = sim_take_rods(sim->plan, scratch);
+    work.drift = sim_take_rods(sim, scratch);
+    work.pace = sim_take_rods(sim, scratch);
+    work.since = sim_take_rods(sim, scratch);
     work.scratch = arena_take(scratch, n * sizeof *work.scratch);
     work.redraws = arena_take(scratch, pairs * sizeof *work.redraws);
     work.queue.time = arena_take(scratch, pairs * sizeof *work.queue.time);
@@ -203,13 +203,13 @@ static void tao_advance(struct sim *sim, int64_t ticks)
         for (int64_t i = 0; i < whole; i++)
             work->drift[i] = work->since[i] = 0;
         proposal_add_forces(sim, sim->y, plan->mobility * plan->time_step, work->drift);
-        sim_copy_rods(plan, work->pace, work->drift);
+        sim_copy_rods(sim, work->pace, work->drift);
         noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->pace);
         if (meets)
             follow_contacts(sim);
         for (int64_t i = 0; i < n; i++)
             sim->y[i] += work->pace[i] * (1 - work->since[i]);
-        resolve_reflecting(plan, sim->y, work->scratch);
+        resolve_reflecting(sim, sim->y, work->scratch);
         sim->clock->tick++;
     }
 }

@@ -42,7 +42,10 @@ static void energy_sample(struct observer *o, const struct sim *sim)
 {
     const struct plan *plan = o->plan;
     struct energy_memory *memory = o->memory;
-    struct rods rods = {sim->seen, plan->particles, plan->diameter, sim_time(sim)};
+    struct rods rods = {.y = sim->seen,
+                        .count = plan->particles,
+                        .diameter = plan->diameter,
+                        .time = sim_time(sim)};
     if (plan->field)
         memory->sum +=
             plan->potential->energy_sum(plan->potential_par, &rods) / (double)plan->particles;

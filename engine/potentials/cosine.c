@@ -102,7 +102,11 @@ static void cosine_add_force(const void *par, const struct rods *rods, double sc
 {
     const struct cosine_par *p = par;
     const struct wave wave = p->velocity == 0 ? p->still : wave_at(p, rods->time);
-    wave_add_sine(out, rods->y, rods->count, rods->diameter, &wave, scale * p->steepest);
+    const struct wave_places at = {rods->y, rods->offset, rods->count};
+    if (rods->offset)
+        wave_add_sine_at(out, &at, &wave, scale * p->steepest);
+    else
+        wave_add_sine(out, rods->y, rods->count, rods->diameter, &wave, scale * p->steepest);
 }
 
 /* E = exp(k t), k = mu (U0/2) (2 pi/lambda)^2; beyond e^500 every rod has long arrived. */
@@ -117,7 +121,11 @@ static void cosine_flow(const void *par, const struct rods *rods, double growth,
 {
     const struct cosine_par *p = par;
     const struct wave wave = p->velocity == 0 ? p->still : wave_at(p, rods->time);
-    wave_flow(y, rods->count, rods->diameter, &wave, growth);
+    const struct wave_places at = {rods->y, rods->offset, rods->count};
+    if (rods->offset)
+        wave_flow_at(y, &at, &wave, growth);
+    else
+        wave_flow(y, rods->count, rods->diameter, &wave, growth);
 }
 
 static double cosine_energy_sum(const void *par, const struct rods *rods)
@@ -152,4 +160,5 @@ const struct potential_type potential_cosine = {
     .energies = cosine_energies,
     .steady = cosine_steady,
     .velocity = cosine_velocity,
+    .lanes = true,
 };
