@@ -27,6 +27,13 @@ submit() { # NUMBER: what was acknowledged goes to $T/acked, in one write
     answer=$(curl -s -m 5 "$URL/v1/jobs" -d "$(job "$1")" | jq -r '.id // empty' 2>/dev/null)
     [ -z "$answer" ] || echo "$1 $answer" >>"$T/acked"
 }
+sweep() { # NUMBER: four points that no job has
+    printf '{"base":%s,"axes":{"/seed":{"first":%s,"count":4}}}' "$(job 2)" $((100000 + 4 * $1))
+}
+submit_sweep() { # NUMBER
+    answer=$(curl -s -m 5 "$URL/v1/sweeps" -d "$(sweep "$1")" | jq -r '.id // empty' 2>/dev/null)
+    [ -z "$answer" ] || echo "$1 $answer" >>"$T/acked.sweeps"
+}
 start() { # DIR: without waiting until it listens
     : >"$T/stdout"
     "$B/bcdd" --listen "$LISTEN" --data "$1" --nice 0 --workers 2 >"$T/stdout" 2>>"$T/stderr" &
@@ -50,6 +57,10 @@ ended() { # ID: waits until it is done
     [ "$(curl -sS -m 70 "$URL/v1/jobs/$1?wait=60" | jq -r .state)" = done ]
 }
 
+sweep_ended() { # ID
+    curl -sS -m 5 "$URL/v1/sweeps/$1" | jq -e '.jobs == 4 and .states.done == 4' >/dev/null
+}
+
 # A database of version 6 with jobs in it, as that version made it.
 make_old() { # FILE
     for file in schema/00[1-6]_*.sql; do
@@ -66,6 +77,7 @@ make_old() { # FILE
 killed=0 stuck=0 torn=0
 number=0
 : >"$T/acked"
+: >"$T/acked.sweeps"
 
 kill_while_it_runs() { # $1 = "backup" or not
     start "$T/data"
@@ -75,7 +87,10 @@ kill_while_it_runs() { # $1 = "backup" or not
     number=$((number + 1))
     submit $number
     number=$((number + 1))
-    submit $number &
+    case $((number % 12)) in
+    2) submit_sweep $number & ;;
+    *) submit $number & ;;
+    esac
     submitting=$!
     case $1,$((killed % 10)) in # in a backup; around the first checkpoint of a long chunk; elsewhere
     backup,*) below 40 ;;
@@ -134,6 +149,15 @@ while read -r n id; do
     ended "$id" || { lost=$((lost + 1)) && echo "# job $n $id is not done"; }
 done <"$T/acked"
 check "every acknowledged job is done ($lost are not)" test "$lost" = 0
+while read -r n id; do
+    tries=0
+    until sweep_ended "$id" || [ $tries -ge 600 ]; do
+        sleep 0.1
+        tries=$((tries + 1))
+    done
+    sweep_ended "$id" || { lost=$((lost + 1)) && echo "# sweep $n $id is not done"; }
+done <"$T/acked.sweeps"
+check "every point of $(wc -l <"$T/acked.sweeps") acknowledged sweeps too" test "$lost" = 0
 check "none is left" test "$(curl -sS "$URL/v1/jobs?state=queued&state=running&state=failed" | jq '.jobs | length')" = 0
 check "none is blamed" test "$(sqlite3 "$T/data/bcd.sqlite" 'SELECT sum(attempts_failed) FROM jobs')" = 0
 check "attempts were lost" test "$(sqlite3 "$T/data/bcd.sqlite" 'SELECT sum(attempts_lost) FROM jobs')" -ge 5
@@ -142,6 +166,9 @@ mkdir "$T/one" "$T/two"
 while read -r n id; do
     curl -sS "$URL/v1/jobs/$id/results" | jq -c 'del(.id)' >"$T/one/$n"
 done <"$T/acked"
+while read -r n id; do
+    curl -sS "$URL/v1/sweeps/$id/results/msd" | jq -c '[.rows[] | del(.job)]' >"$T/one/sweep$n"
+done <"$T/acked.sweeps"
 daemon_end TERM
 
 # ---- the same, left alone
@@ -153,7 +180,15 @@ while read -r n id; do
     ended "$id"
     curl -sS "$URL/v1/jobs/$id/results" | jq -c 'del(.id)' >"$T/two/$n"
 done <"$T/calm.ids"
+while read -r n id; do
+    id=$(curl -sS "$URL/v1/sweeps" -d "$(sweep "$n")" | jq -r .id)
+    until sweep_ended "$id"; do sleep 0.1; done
+    curl -sS "$URL/v1/sweeps/$id/results/msd" | jq -c '[.rows[] | del(.job)]' >"$T/two/sweep$n"
+done <"$T/acked.sweeps"
 daemon_end TERM
 check "all of them with the same bits" diff -rq "$T/one" "$T/two"
-check "all were compared" test "$(ls "$T/two" | wc -l) $(cat "$T"/one/* | grep -c '"msd"')" = "$acked $acked"
+sweeps=$(wc -l <"$T/acked.sweeps")
+check "all were compared" test "$(ls "$T/two" | wc -l) $(cat "$T"/one/* | grep -c '"msd"')" = \
+    "$((acked + sweeps)) $((acked + sweeps))"
+check "sweeps among them" test "$sweeps" -ge $((killed / 25))
 finish
