@@ -27,6 +27,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <time.h>
 
 enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 4096 };
 
@@ -68,7 +69,7 @@ int main(int argc, char **argv)
 static int serve(const struct config *config)
 {
     atomic_flag theory = ATOMIC_FLAG_INIT, backup = ATOMIC_FLAG_INIT;
-    struct metrics metrics = {0};
+    struct metrics metrics = {.started_s = time(NULL)};
     struct stream_counts streams = STREAM_COUNTS_INIT;
     struct description description = {0};
     struct service service = {.theory = &theory,

@@ -28,7 +28,7 @@ static void add_requests(struct text *text, const struct metrics *metrics);
 static void add_latency(struct text *text, const struct metrics *metrics);
 static void add_open(struct text *text, const struct service *service);
 static void add_store(struct text *text, const struct service *service);
-static void add_process(struct text *text);
+static void add_process(struct text *text, const struct metrics *metrics);
 static int64_t resident_bytes(void);
 static int64_t open_descriptors(void);
 
@@ -76,7 +76,7 @@ void handle_service_metrics(const struct service *service, const struct call *ca
     }
     add_open(&text, service);
     add_store(&text, service);
-    add_process(&text);
+    add_process(&text, service->metrics);
     reply_text_take(reply, "text/plain; version=0.0.4; charset=utf-8", text_take(&text));
 }
 
@@ -110,6 +110,13 @@ static void add_jobs(struct text *text, const struct service *service)
     for (size_t i = 0; i < count; i++) /* an owner's name needs no escapes */
         text_add(text, "bcd_queued_jobs{owner=\"%s\"} %" PRId64 "\n", owners[i].owner,
                  owners[i].jobs);
+    add_head(text, "bcd_waiting_core_seconds", "gauge",
+             "What their jobs, and those that run, are expected to need.");
+    for (size_t i = 0; i < count; i++) {
+        text_add(text, "bcd_waiting_core_seconds{owner=\"%s\"} ", owners[i].owner);
+        text_add_number(text, owners[i].core_seconds);
+        text_add(text, "\n");
+    }
 }
 
 static void add_work(struct text *text, const struct service *service)
@@ -180,7 +187,8 @@ static void add_open(struct text *text, const struct service *service)
     add_value(text, "bcd_http_connections", "gauge", (double)counts.connections,
               "Open connections.");
     add_value(text, "bcd_http_streams", "gauge", (double)counts.streams, "Open event streams.");
-    add_value(text, "bcd_http_waiting", "gauge", (double)counts.holds, "Requests with ?wait=.");
+    add_value(text, "bcd_http_waiting", "gauge", (double)counts.holds,
+              "Requests that wait: ?wait=, backups, sweeps.");
 }
 
 static void add_store(struct text *text, const struct service *service)
@@ -205,12 +213,15 @@ static void add_store(struct text *text, const struct service *service)
 }
 
 /* Under the names that all Prometheus clients give them. */
-static void add_process(struct text *text)
+static void add_process(struct text *text, const struct metrics *metrics)
 {
     struct rusage usage;
     struct rlimit limit;
     getrusage(RUSAGE_SELF, &usage);
     getrlimit(RLIMIT_NOFILE, &limit);
+    if (metrics)
+        add_value(text, "process_start_time_seconds", "gauge", (double)metrics->started_s,
+                  "When the process began, since 1970.");
     add_value(text, "process_cpu_seconds_total", "counter",
               (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
                   (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) / 1e6,

@@ -17,6 +17,7 @@ enum {
 };
 
 struct metrics {
+    int64_t started_s; /* seconds since 1970; before the first request */
     atomic_uint_least64_t requests[METRICS_ROUTES_MAX][METRICS_CLASSES];
     atomic_uint_least64_t latency[METRICS_BUCKETS + 1]; /* the last has no upper bound */
     atomic_uint_least64_t latency_us, bytes, cut;

@@ -21,7 +21,6 @@ enum {
 
 static void wait_until(struct http *http, int64_t wake_ms);
 static void reap_late(struct http *http, int64_t now_ms);
-static void tell(const char *event, size_t count);
 static void look_whether_stalled(struct connection *c, int64_t now_ms);
 static bool has_hung_up(const struct connection *c);
 
@@ -81,7 +80,7 @@ size_t http_reap_busy(struct http *http)
 static void reap_late(struct http *http, int64_t now_ms)
 {
     static const char late[] = "HTTP/1.1 408 Request Timeout\r\n" HTTP_REAP_HEADERS "\r\n";
-    size_t left = 0, old = 0, stalled = 0;
+    int64_t left = 0, old = 0, stalled = 0;
     for (struct connection *c = http->connections; c; c = c->next) {
         if (c->deadline_ms == INT64_MAX) /* done with */
             continue;
@@ -98,16 +97,14 @@ static void reap_late(struct http *http, int64_t now_ms)
         }
         http_reap_end(http, c, late);
     }
-    tell("connection_left", left);
-    tell("connection_too_old", old);
-    tell("connection_stalled", stalled);
-}
-
-/* One line for all of them: a thousand clients do not fill the log. */
-static void tell(const char *event, size_t count)
-{
-    if (count > 0)
-        log_write(LOG_LEVEL_WARNING, event, LOG_FIELDS(log_integer("count", (int64_t)count)));
+    /* One line for all of them: a thousand clients do not fill the log. */
+    if (left > 0)
+        log_write(LOG_LEVEL_WARNING, "connection_left", LOG_FIELDS(log_integer("count", left)));
+    if (old > 0)
+        log_write(LOG_LEVEL_WARNING, "connection_too_old", LOG_FIELDS(log_integer("count", old)));
+    if (stalled > 0)
+        log_write(LOG_LEVEL_WARNING, "connection_stalled",
+                  LOG_FIELDS(log_integer("count", stalled)));
 }
 
 void http_reap_end(struct http *http, struct connection *c, const char *words)

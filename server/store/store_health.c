@@ -80,7 +80,7 @@ enum store_status store_health_queued(struct store *store, struct owner_queued *
                                       size_t *count)
 {
     sqlite3 *db = store_read_begin(store);
-    struct stmt row = stmt_init(db, "SELECT owner, queued FROM owners"
+    struct stmt row = stmt_init(db, "SELECT owner, queued, waiting_seconds FROM owners"
                                     " ORDER BY queued DESC, owner LIMIT :room");
 
     *count = 0;
@@ -90,6 +90,7 @@ enum store_status store_health_queued(struct store *store, struct owner_queued *
         snprintf(owner->owner, sizeof owner->owner, "%s",
                  (const char *)sqlite3_column_text(row.handle, 0));
         owner->jobs = stmt_integer(&row, 1);
+        owner->core_seconds = stmt_number(&row, 2);
     }
     enum store_status status = stmt_fini(&row);
     store_read_end(store, db);

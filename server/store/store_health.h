@@ -27,6 +27,7 @@ enum store_status store_health_try(struct store *store, int64_t recent_ms);
 struct owner_queued {
     char owner[OWNER_SIZE];
     int64_t jobs;
+    double core_seconds; /* that they, and those that run, are expected to need */
 };
 enum store_status store_health_queued(struct store *store, struct owner_queued *owners, size_t room,
                                       size_t *count);

@@ -81,6 +81,8 @@ check "no failures" is 'bcd_store_failures_total{cause="broken"}' 0
 check "the database" more bcd_store_bytes 4096
 check "memory" more process_resident_memory_bytes 1e6
 check "descriptors" more process_open_fds 8
+check "the start, some seconds ago" sh -c '[ $(($(date +%s) - $1)) -ge 0 ] && [ $(($(date +%s) - $1)) -lt 60 ]' - \
+    "$(value process_start_time_seconds)"
 check "the build" sh -c 'grep -q "^bcd_build_info{version=\"[0-9.]*\",result_version=\"[0-9]*\"} 1$" "$1"' - "$T/page"
 kill "$STREAM"
 wait "$STREAM" 2>/dev/null
