@@ -227,7 +227,7 @@ bool column_narrow(const void *bytes, size_t size, const struct column_filter *f
     bool accepted[COLUMN_NONE + 1];
     const unsigned char *types = (const unsigned char *)bytes + HEADER_BYTES;
     struct layout layout;
-    size_t numbers = 0;
+    size_t numbers = 0, met = 0;
 
     if (!lay_out(&layout, bytes, size))
         return false;
@@ -240,6 +240,11 @@ bool column_narrow(const void *bytes, size_t size, const struct column_filter *f
         size_t last = search(&layout, filter, 1, first, to);
 
         memset(accepted + first, !filter->negate, last - first);
+        met += last - first;
+    }
+    if (met == 0 && !filter->negate) {
+        memset(wanted, false, SEGMENT_JOBS);
+        return true;
     }
     if (layout.width == 0)
         for (size_t i = 0; i < SEGMENT_JOBS; i++)

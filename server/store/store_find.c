@@ -40,7 +40,8 @@ static bool has_members(const struct find_condition *condition)
 /* A segment and the best place that a job in it can have. */
 struct zone {
     int64_t segment;
-    bool open; /* unsealed: any place */
+    bool open;     /* unsealed: any place */
+    bool excluded; /* if it is sealed: by a condition and the ends of its column */
     struct place best;
 };
 
@@ -271,17 +272,20 @@ static enum store_status visit_open(struct search *search, int64_t segment)
     return status;
 }
 
-static enum store_status visit(struct search *search, int64_t segment)
+static enum store_status visit(struct search *search, const struct zone *zone)
 {
     struct stmt *row = &search->states_row;
+    int64_t segment = zone->segment;
     const char *states = NULL;
+    bool sealed;
 
-    if (!narrow_to_members(search, segment))
-        return STORE_OK;
     stmt_again(row);
     stmt_bind_integer(row, ":segment", segment);
-    if (!stmt_step(row))
-        return row->status ? row->status : visit_open(search, segment);
+    sealed = stmt_step(row);
+    if (row->status || (sealed && zone->excluded) || !narrow_to_members(search, segment))
+        return row->status;
+    if (!sealed)
+        return visit_open(search, segment);
     if (sqlite3_column_bytes(row->handle, 0) == SEGMENT_JOBS)
         states = (const char *)sqlite3_column_text(row->handle, 0);
     if (!states)
@@ -322,6 +326,10 @@ static void improve(struct search *search, int64_t segment, const struct scalar 
         *best = *value;
 }
 
+#define COLUMNS_OF_KEY                                                                             \
+    "SELECT id & 0xffffffff, least, most FROM job_columns"                                         \
+    " WHERE id BETWEEN :key << 32 AND (:key << 32) + 0xffffffff"
+
 /* Ends of columns that are texts are not kept: such a zone is open. */
 static enum store_status bound_zones(struct search *search)
 {
@@ -338,8 +346,7 @@ static enum store_status bound_zones(struct search *search)
     status = stmt_fini(&row);
     if (status)
         return status;
-    row = stmt_init(search->db, "SELECT id & 0xffffffff, least, most FROM job_columns"
-                                " WHERE id BETWEEN :key << 32 AND (:key << 32) + 0xffffffff");
+    row = stmt_init(search->db, COLUMNS_OF_KEY);
     stmt_bind_integer(&row, ":key", term->key);
     while (stmt_step(&row)) {
         struct scalar end = store_news_scalar(row.handle, search->query->ascending ? 1 : 2);
@@ -359,6 +366,47 @@ static enum store_status bound_zones(struct search *search)
     return stmt_fini(&row);
 }
 
+/* Excludes segments by one condition: all that have no column, or one whose ends say that it cannot
+ * have an accepted value, and no news. One pass over the ends of all costs less than looking them
+ * up one by one. */
+static enum store_status exclude(struct search *search, const struct term *term)
+{
+    struct stmt row = stmt_init(search->db, COLUMNS_OF_KEY);
+    bool *may = calloc(search->zones + 1, sizeof *may);
+
+    if (!may)
+        row.status = store_fault(search->db, SQLITE_NOMEM, "find jobs");
+    stmt_bind_integer(&row, ":key", term->key);
+    while (stmt_step(&row)) {
+        struct scalar least = store_news_scalar(row.handle, 1);
+        struct scalar most = store_news_scalar(row.handle, 2);
+        size_t segment = (size_t)stmt_integer(&row, 0);
+
+        if (segment < search->zones)
+            may[segment] = test_may_accept(&term->test, &least, &most);
+    }
+    for (size_t i = 0; may && i < term->news.count; i++)
+        if (term->news.items[i].job >> SEGMENT_BITS < (int64_t)search->zones)
+            may[term->news.items[i].job >> SEGMENT_BITS] = true;
+    for (size_t i = 0; may && i < search->zones; i++)
+        search->zone[i].excluded = search->zone[i].excluded || !may[i];
+    free(may);
+    return stmt_fini(&row);
+}
+
+static enum store_status exclude_all(struct search *search)
+{
+    enum store_status status = STORE_OK;
+
+    for (size_t i = 0; i < search->conditions && status == STORE_OK; i++) {
+        const struct term *term = &search->term[i];
+
+        if (!term->members.handle && term->test.relation != FIND_OTHER)
+            status = exclude(search, term);
+    }
+    return status;
+}
+
 /* Goes through the segments from the most to the least promising, as long as they promise
  * anything. */
 static enum store_status visit_all(struct search *search)
@@ -372,6 +420,8 @@ static enum store_status visit_all(struct search *search)
         search->zone[i] = (struct zone){.segment = (int64_t)i};
         search->zone[i].best.seq = oldest ? first : first + SEGMENT_JOBS - 1;
     }
+    if (status == STORE_OK)
+        status = exclude_all(search);
     if (status == STORE_OK && !by_seq)
         status = bound_zones(search);
     if (status == STORE_OK)
@@ -386,7 +436,7 @@ static enum store_status visit_all(struct search *search)
         if (by_seq && search->query->cursor &&
             places_compare(&search->places, &worst, &search->after) <= 0)
             continue;
-        status = visit(search, zone->segment);
+        status = visit(search, zone);
     }
     return status;
 }
