@@ -6,7 +6,7 @@ import { heat, show as written } from './heat.js';
 import { link } from './place.js';
 import { plot } from './plot.js';
 import { STYLES } from './plot_draw.js';
-import { axisName, columnsOf, isCurve, isSeed, mean, meanCurve, same, scalar } from './points.js';
+import { axisName, columnsOf, grouped, isCurve, isSeed, mean, meanCurve, same, scalar } from './points.js';
 import { observableNames } from './words.js';
 
 // Axes that go side by side with another are told by that one.
@@ -27,9 +27,10 @@ export function family(spec) {
   const some = values.length > STYLES
     ? Array.from({ length: STYLES }, (_, i) => values[Math.round(i * (values.length - 1) / (STYLES - 1))]) : values;
   const columns = over ? columnsOf(first) : { x: axisName(x ?? ''), y: which };
-  const marks = [], legend = [], within = those(spec, over ? [curves] : [curves, x]);
+  const marks = [], legend = [], within = those(spec, over ? [curves] : [curves, x]).filter((p) => p.table);
+  const at = curves ? grouped(within, curves) : () => within;
   some.forEach((v, series) => {
-    const mine = within.filter((p) => p.table && (!curves || same(p.values[curves], v)));
+    const mine = at(v);
     const curve = !mine.length ? null : over ? meanCurve(mine, columns) : along(sweep, mine, x, which);
     if (!curve || !curve.x.length)
       return;
@@ -55,9 +56,9 @@ export function family(spec) {
 
 // Single numbers along an axis, one for each of its values that is a number.
 function along(sweep, points, x, which) {
-  const out = { x: [], y: [], error: [], theory: null };
+  const out = { x: [], y: [], error: [], theory: null }, at = grouped(points, x);
   for (const v of sweep.axes[x] ?? []) {
-    const there = points.filter((p) => same(p.values[x], v));
+    const there = at(v);
     if (typeof v !== 'number' || !there.length)
       continue;
     const { value, error } = mean(there.map((p) => scalar(p.table, which)), errorsOf(there, which));
@@ -70,10 +71,16 @@ function along(sweep, points, x, which) {
 // The error bar belongs to the value of a single number, and to no other column.
 const errorsOf = (points, which) => (['energy', 'current'].includes(which) ? points.map((p) => p.table?.stderr) : null);
 
+const CELLS = 20000; // more cannot be told apart
+
 export function picture(spec) {
-  const { sweep, observable, x, y, which, id } = spec, within = those(spec, [x, y]);
+  const { sweep, observable, x, y, which, id } = spec;
+  if (sweep.axes[x].length * sweep.axes[y].length > CELLS)
+    return h('p', { class: 'figure' }, `A map of more than ${CELLS} cells is not drawn; the table has them.`);
+  const at = grouped(those(spec, [x, y]), x);
+  const columns = sweep.axes[x].map((v) => grouped(at(v), y));
   const cell = (i, j) => {
-    const there = within.filter((p) => same(p.values[x], sweep.axes[x][i]) && same(p.values[y], sweep.axes[y][j]));
+    const there = columns[i](sweep.axes[y][j]);
     if (!there.length)
       return null;
     const good = there.filter((p) => p.table);

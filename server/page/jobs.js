@@ -6,7 +6,7 @@ import { h, later, replace, shellLine } from './dom.js';
 import { counts, live } from './live.js';
 import { go, link, parse, print, put, show as words, value } from './place.js';
 import { jobActions, progressBar, stateWord } from './parts.js';
-import { moment, nameOf, states, summary } from './words.js';
+import { duration, moment, nameOf, states, summary } from './words.js';
 
 export const title = 'Queue';
 const STATES = Object.keys(states);
@@ -19,7 +19,8 @@ export async function show(main, { query }, signal) {
   const body = h('tbody'), fault = h('p', { class: 'fault', role: 'alert' });
   const states = h('ul', { class: 'counts', 'aria-label': 'Jobs by state' });
   const compare = h('span'), more = h('p', { class: 'row' }), empty = h('p', { class: 'note' });
-  replace(main, h('h1', null, 'Queue'), states, filterForm(query), fault,
+  const wait = h('p', { class: 'note' });
+  replace(main, h('h1', null, 'Queue'), states, wait, filterForm(query), fault,
           h('div', { class: 'scroll' }, h('table', { class: 'jobs' }, h('thead', null, h('tr', null,
             h('th', null, h('span', { class: 'note' }, 'compare')), h('th', null, 'state'), h('th', null, 'job'),
             h('th', null, 'progress'), h('th', { class: 'less' }, 'method'),
@@ -117,8 +118,15 @@ export async function show(main, { query }, signal) {
       update(await get(`/v1/jobs/${id}`, signal));
     } catch { /* the list will tell */ }
   }
+  async function waiting() {
+    try {
+      const { core_seconds: mine } = await get('/v1/me', signal);
+      wait.textContent = mine.waiting > 0 ? `Yours that have not ended need ${duration(mine.waiting)} of one core.` : '';
+    } catch { /* the list tells what is wrong */ }
+  }
+  live.addEventListener('counts', later(2000, waiting), { signal });
   count();
-  await load();
+  await Promise.all([load(), waiting()]);
 }
 
 function path(query) {

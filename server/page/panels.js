@@ -62,8 +62,18 @@ function msd(name, curves) {
   ];
 }
 
+// Of more rows than a plot can show every so manieth; a note says so.
+const ROWS = 3000;
+function thinned(curve) {
+  const { table } = curve, rows = Math.max(...Object.values(table).filter(Array.isArray).map((v) => v.length));
+  const step = Math.ceil(rows / ROWS);
+  return step < 2 ? curve : { ...curve, step, table: Object.fromEntries(Object.entries(table).map(([name, v]) =>
+    [name, Array.isArray(v) ? v.filter((_, i) => i % step === 0) : v])) };
+}
+
 // Profiles over x or r: error bars, theory, and the distance from it in standard errors.
-function profile(name, curves) {
+function profile(name, all) {
+  const curves = all.map(thinned), [{ step }] = curves;
   const along = name === 'pair_distribution' ? 'r' : 'x';
   const unit = name === 'pair_distribution' ? 'distance r' : 'x';
   const of = valueOf(curves[0].table), marks = [], residuals = [], legend = legendOf(curves, 'points');
@@ -84,7 +94,8 @@ function profile(name, curves) {
   const drawn = [plot({ title: observableNames[name], marks, legend, height: 300, file: fileOf(name, curves),
     x: { label: unit, name: along, kind: 'linear' }, y: { label: observableNames[name].toLowerCase(), name: of, kind: 'linear', both: true },
     curl: lines(name, curves),
-    note: bare.length && table.theory_reason ? `No theory: ${table.theory_reason}.` : null })];
+    note: step ? `Every ${step}th row is drawn; CSV by curl has all.`
+      : bare.length && table.theory_reason ? `No theory: ${table.theory_reason}.` : null })];
   if (residuals.length)
     drawn.push(plot({ title: `${observableNames[name]}: distance from theory in standard errors`, height: 300,
       marks: [...[-2, 0, 2].map((y) => ({ kind: 'level', y })), ...residuals], legend: legendOf(curves, 'points'),

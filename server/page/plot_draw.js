@@ -17,6 +17,7 @@ const finite = (values) => values.filter(Number.isFinite);
 
 export function limits(spec) {
   const xs = [], ys = [];
+  const add = (list, values) => values.forEach((v) => list.push(v)); // there may be very many
   for (const mark of spec.marks) {
     if (mark.kind === 'level') {
       ys.push(mark.y);
@@ -25,11 +26,12 @@ export function limits(spec) {
     if (mark.kind === 'slope')
       continue;
     const half = ['steps', 'bars'].includes(mark.kind) ? halfStep(mark.x) : 0;
-    xs.push(mark.x[0] - half, ...mark.x, mark.x.at(-1) + half);
+    add(xs, [mark.x[0] - half, mark.x.at(-1) + half]);
+    add(xs, mark.x);
     if (mark.kind === 'bars')
       ys.push(isLog(spec.y) ? NaN : 0);
     if (mark.low)
-      ys.push(...finite(mark.low), ...finite(mark.high));
+      [mark.low, mark.high].forEach((values) => add(ys, finite(values)));
     else
       mark.y.forEach((y, i) => {
         const error = mark.error?.[i] ?? 0;

@@ -3,7 +3,20 @@
 // their values; single numbers out of tables.
 import { valueOf } from './record.js';
 
-export const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+const isPlain = (v) => v === null || typeof v !== 'object';
+export const same = (a, b) => a === b || (!isPlain(a) && !isPlain(b) && JSON.stringify(a) === JSON.stringify(b));
+
+// Points by their value of an axis, looked at once: a sweep may have 10^5 of them.
+export function grouped(points, pointer) {
+  const groups = new Map(), keyOf = (v) => (isPlain(v) ? v : JSON.stringify(v));
+  for (const point of points) {
+    const key = keyOf(point.values[pointer]);
+    if (!groups.has(key))
+      groups.set(key, []);
+    groups.get(key).push(point);
+  }
+  return (v) => groups.get(keyOf(v)) ?? [];
+}
 export const axisName = (pointer) => pointer.slice(1).replaceAll('/', '.');
 export const isSeed = (pointer) => pointer === '/seed';
 const ALONG = ['lag', 'x', 'r', 'size', 'force'];

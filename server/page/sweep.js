@@ -2,7 +2,7 @@
 // sweep.js - one sweep: how far it is, families of curves, a number over two axes, the table.
 import { ask, curl, events, get, rows as stream, save } from './api.js';
 import { parseAxis } from './axes.js';
-import { action, h, later, replace, shellLine } from './dom.js';
+import { action, h, replace, shellLine } from './dom.js';
 import { family, picture } from './family.js';
 import { show as written } from './heat.js';
 import { link, note, put, value } from './place.js';
@@ -64,7 +64,7 @@ export async function show(main, { id, query }, signal) {
     loading?.abort();
     const mine = loading = new AbortController();
     signal.addEventListener('abort', () => mine.abort(), { once: true });
-    const found = [];
+    const found = [], began = performance.now();
     try {
       for await (const row of stream(`/v1/sweeps/${id}/results/${observable()}.ndjson`, mine.signal)) {
         const { job, state: at, ...rest } = row;
@@ -77,6 +77,7 @@ export async function show(main, { id, query }, signal) {
           told.textContent = `${found.length} of ${sweep.jobs} points read`;
       }
       points = found;
+      took = performance.now() - began;
       told.textContent = '';
       draw();
     } catch (error) {
@@ -142,7 +143,15 @@ export async function show(main, { id, query }, signal) {
       } }, `More (${points.length - shown})`));
   }
 
-  const reload = later(1500, () => signal.aborted || load());
+  // Not much of the time goes into reading what changes all the time.
+  let timer = null, took = 0;
+  function reload() {
+    timer ??= setTimeout(async () => {
+      if (!signal.aborted)
+        await load();
+      timer = null;
+    }, 1500 + 5 * took);
+  }
   async function follow() {
     for (let pause = 500; !signal.aborted; pause = Math.min(2 * pause, 5000)) {
       try {

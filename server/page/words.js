@@ -4,6 +4,8 @@
 export function num(value, digits = 4) {
   if (typeof value !== 'number')
     return value === null || value === undefined ? '–' : String(value);
+  if (!Number.isFinite(value))
+    return Number.isNaN(value) ? '–' : value > 0 ? '∞' : '−∞';
   if (value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e6))
     return String(Number(value.toPrecision(digits))).replace('-', '−');
   const [mantissa, power] = value.toExponential(digits - 1).split('e');

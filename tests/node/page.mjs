@@ -47,6 +47,13 @@ await test('a job is watched in the queue as it goes on, and cancelled', async (
   await row.getByRole('button', { name: 'Cancel' }).click();
   await row.getByText('cancelled').waitFor();
   expect((await done(long.id)).state === 'cancelled');
+  await row.getByRole('button', { name: 'Retry' }).click();
+  await tab.waitForURL(/#job\/j/);
+  const again = tab.url().split('/').at(-1);
+  expect(again !== long.id, again);
+  await tab.getByRole('button', { name: 'Cancel' }).click();
+  await tab.locator('.state.cancelled').waitFor();
+  expect((await done(again)).state === 'cancelled');
 });
 
 const { id } = await submit(rods);
