@@ -47,7 +47,7 @@ static struct bcd_run *begin(const struct bench_case *which, const char *name,
 enum bench_outcome bench_observable_measure(size_t index, const char *method, int64_t particles,
                                             struct bench_timing *timing)
 {
-    const struct bench_case which = {"sparse", method, particles};
+    const struct bench_case which = {"sparse", method, particles, 1};
     enum bench_outcome outcome = BENCH_FAILED;
     struct bcd_scene *scenes[2] = {NULL, NULL};
     struct bcd_run *bare = begin(&which, "current", "", &scenes[0]);

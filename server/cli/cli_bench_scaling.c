@@ -17,7 +17,7 @@ enum { RODS = 1000, REALIZATIONS = 64, TURNS = 3 };
 
 static struct bcd_scene *make(void)
 {
-    const struct bench_case which = {"sparse", "bcd", RODS};
+    const struct bench_case which = {"sparse", "bcd", RODS, 1};
     char *members = bench_scene_members(&which);
     struct text job = {0};
     struct bcd_scene *scene = NULL;

@@ -12,6 +12,7 @@
 struct bench_case {
     const char *scene, *method;
     int64_t particles;
+    int64_t realizations; /* of a chunk: more than one go side by side in small rings */
 };
 
 struct bench_step {

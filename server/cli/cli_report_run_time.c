@@ -58,7 +58,7 @@ static bool fill(struct run_time_figure *figure, size_t scene, size_t method)
 {
     enum bench_outcome outcome = BENCH_DONE;
     for (size_t i = 0; i < RUN_TIME_SIZES && outcome != BENCH_FAILED; i++) {
-        const struct bench_case which = {scenes[scene], methods[method].name, sizes[i]};
+        const struct bench_case which = {scenes[scene], methods[method].name, sizes[i], 1};
         struct bench_step step = {0};
         double *values[3];
         if (outcome == BENCH_DONE)

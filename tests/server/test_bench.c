@@ -74,7 +74,7 @@ static void test_steps(void **state)
     for (size_t i = 0; bench_scene_name(i); i++) {
         static const char *const methods[] = {"bcd", "lm", "strang"};
         for (size_t m = 0; m < 3; m++) {
-            const struct bench_case which = {bench_scene_name(i), methods[m], 100};
+            const struct bench_case which = {bench_scene_name(i), methods[m], 100, 1};
             struct bench_step step;
             assert_int_equal(bench_step_measure(&which, &brief, &step), BENCH_DONE);
             assert_true(step.timing.ratio > 0 && bench_step_ns(&which, &step, 1) > 0);
@@ -87,7 +87,7 @@ static void test_refused(void **state)
 {
     (void)state;
     struct bench_step step;
-    const struct bench_case no_method = {"sparse", "none", 100}, no_scene = {"none", "bcd", 100};
+    const struct bench_case no_method = {"sparse", "none", 100, 1}, no_scene = {"none", "bcd", 100, 1};
     assert_int_equal(bench_step_measure(&no_method, &bench_usual, &step), BENCH_REFUSED);
     assert_int_equal(bench_step_measure(&no_scene, &bench_usual, &step), BENCH_REFUSED);
     assert_null(bench_scene_members(&no_scene));

@@ -50,7 +50,7 @@ static void test_steps(void **state)
     if (SANITIZED)
         skip();
     for (size_t i = 0; i < sizeof bounds / sizeof *bounds; i++) {
-        const struct bench_case which = {bounds[i].scene, bounds[i].method, 1000};
+        const struct bench_case which = {bounds[i].scene, bounds[i].method, 1000, 1};
         double least = INFINITY;
         for (int k = 0; k < TRIES && least > bounds[i].most; k++) {
             struct bench_step step;
@@ -76,7 +76,7 @@ static void test_linear(void **state)
         double ratio[2] = {INFINITY, INFINITY};
         for (int k = 0; k < TRIES; k++)
             for (int large = 0; large < 2; large++) {
-                const struct bench_case which = {"dense", methods[m], large ? 300000 : 1000};
+                const struct bench_case which = {"dense", methods[m], large ? 300000 : 1000, 1};
                 struct bench_step step;
                 assert_int_equal(bench_step_measure(&which, &bench_usual, &step), BENCH_DONE);
                 ratio[large] = fmin(ratio[large], step.timing.ratio);
