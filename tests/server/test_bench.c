@@ -87,7 +87,8 @@ static void test_refused(void **state)
 {
     (void)state;
     struct bench_step step;
-    const struct bench_case no_method = {"sparse", "none", 100, 1}, no_scene = {"none", "bcd", 100, 1};
+    const struct bench_case no_method = {"sparse", "none", 100, 1},
+                            no_scene = {"none", "bcd", 100, 1};
     assert_int_equal(bench_step_measure(&no_method, &bench_usual, &step), BENCH_REFUSED);
     assert_int_equal(bench_step_measure(&no_scene, &bench_usual, &step), BENCH_REFUSED);
     assert_null(bench_scene_members(&no_scene));
