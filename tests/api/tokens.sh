@@ -51,7 +51,7 @@ with "$admin" GET /v1/me
 check "the admin does" holds '.owner == "root" and .role == "admin" and .token'
 with "$reader" POST /v1/jobs -d '{}'
 check "a reader submits nothing" status_is 403
-with "$admin" POST /v1/tokens -d '{"owner": "bert", "role": "submitter", "expires_in": 1}'
+with "$admin" POST /v1/tokens -d '{"owner": "bert", "role": "submitter", "expires_in": 4}'
 bert=$(jq -r .token "$T/body")
 with "$bert" GET /v1/me
 check "a token made over HTTP opens at once" status_is 200
@@ -61,14 +61,13 @@ ask GET /healthz -H "Host: evil.example"
 check "other names are refused" status_is 421
 ask GET /healthz -H "Host: bcd.lab.example:443"
 check "its own is not" status_is 200
-sleep 1
+wait "$STREAM"
+check "a stream that it opened has ended by itself, with the reason" \
+    test "$? $(grep -c '^event: end' "$T/stream") $(grep -c 'the token has expired' "$T/stream")" = "0 1 1"
 with "$bert" GET /v1/me
 check "and closes when it expires" status_is 401
 with "$admin" DELETE "/v1/tokens/$bert"
 check "a token is not called by its secret" status_is 404
-wait "$STREAM"
-check "a stream that it opened has ended by itself, with the reason" \
-    test "$? $(grep -c '^event: end' "$T/stream") $(grep -c 'the token has expired' "$T/stream")" = "0 1 1"
 with "$admin" GET '/v1/audit?action=token.create'
 check "the audit log knows" holds '.entries | length == 3'
 daemon_end TERM
