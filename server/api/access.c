@@ -51,9 +51,8 @@ enum store_status access_create(struct access **access, struct store *store, enu
     made->mode = mode;
     made->loopback = loopback;
     pthread_rwlock_init(&made->lock, NULL);
-    enum store_status status = store_tokens_forget(store);
-    if (status == STORE_OK)
-        status = access_reload(made);
+    store_tokens_forget(store); /* the store logs why if not: next time then */
+    enum store_status status = access_reload(made);
     if (status == STORE_OK && !loopback && !any_admin(made)) {
         snprintf(reason, size,
                  "this address can be reached from other machines, and no admin has a token that "
