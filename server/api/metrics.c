@@ -136,7 +136,7 @@ static void add_work(struct text *text, const struct service *service)
     add_value(text, "bcd_checkpoints_total", "counter", (double)counts.checkpoints,
               "Checkpoints of jobs in motion.");
     add_value(text, "bcd_checkpoint_seconds_total", "counter", counts.saving_seconds,
-              "Time that workers took to make them.");
+              "Processor time that they took.");
 }
 
 static void add_requests(struct text *text, const struct metrics *metrics)

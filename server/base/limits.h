@@ -49,7 +49,8 @@ enum {
     LIMIT_WORKERS_MAX = 1024,
     LIMIT_SLICE_MS = 50,                   /* a worker looks at cancel and stop this often */
     LIMIT_CHECKPOINT_MS = 5000,            /* at most this much work is lost by a crash, */
-    LIMIT_CHECKPOINT_SHARE = 100,          /* unless saving takes more than one part in so many */
+    LIMIT_CHECKPOINT_SHARE = 100,          /* or saving takes more than a part in so many of the */
+    LIMIT_CHECKPOINT_WAIT_SHARE = 20,      /* processor's time, or of all time: for slow disks */
     LIMIT_CHECKPOINT_FIRST_MS = 500,       /* less in the beginning: twice as much each time */
     LIMIT_CRASHES_MAX = 3,                 /* of the server by one job, which then has failed */
     LIMIT_LOST_BARREN = 3,                 /* attempts lost in a row with nothing saved: it rests */

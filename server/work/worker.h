@@ -28,7 +28,7 @@ struct workers_counts {
     int64_t chunks;              /* finished */
     double rod_steps, core_seconds;
     int64_t checkpoints;   /* made, */
-    double saving_seconds; /* and what that took */
+    double saving_seconds; /* and what that took of the processor */
     int64_t silent_ms; /* the longest that a busy one has not come by its clock */
 };
 void workers_count(const struct workers *workers, struct workers_counts *counts);

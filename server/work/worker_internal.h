@@ -21,7 +21,7 @@ struct worker {
     atomic_bool alive, busy;
     atomic_int_least64_t seen_ns; /* when it last came by its clock */
     atomic_int_least64_t chunks, rod_steps;
-    atomic_int_least64_t checkpoints, saving_ns; /* made, and what that took */
+    atomic_int_least64_t checkpoints, saving_ns; /* made, and what that took of the processor */
 };
 
 struct workers {

@@ -194,9 +194,11 @@ static void no_damage_gives_wrong_bits(void **state)
     assert_int_equal(bench_state(bench->store, id), JOB_RUNNING);
     chunks = bench_number(bench->store, "SELECT count(*) FROM chunks");
     assert_in_range(chunks, 2, 11);
-    assert_in_range(bench_number(bench->store, "SELECT count(*) FROM checkpoints"), 1, 2);
-    flip_a_bit(bench->store, "SELECT bytes FROM chunks WHERE chunk = :chunk", 0, 4711);
-    flip_a_bit(bench->store, "SELECT bytes FROM chunks WHERE chunk = :chunk", 1, 9);
+    assert_true(bench_number(bench->store, "SELECT count(*) FROM checkpoints") >= 1);
+    flip_a_bit(bench->store, "SELECT bytes FROM chunks WHERE chunk = :chunk",
+               bench_number(bench->store, "SELECT min(chunk) FROM chunks"), 4711);
+    flip_a_bit(bench->store, "SELECT bytes FROM chunks WHERE chunk = :chunk",
+               bench_number(bench->store, "SELECT max(chunk) FROM chunks"), 9);
     flip_a_bit(bench->store, "SELECT bytes FROM checkpoints WHERE chunk = :chunk",
                bench_number(bench->store, "SELECT min(chunk) FROM checkpoints"), 12345);
     plant = plant_start(bench, 2);
