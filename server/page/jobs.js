@@ -88,13 +88,15 @@ export async function show(main, { query }, signal) {
   }
   const reload = later(400, load);
 
+  // Made once: what is made anew several times a second cannot be clicked.
+  const numbers = Object.fromEntries(STATES.map((state) => [state, h('b', null, '–')]));
+  const now = value(query, 'state');
+  replace(states, STATES.map((state) => h('li', null, h('button', { type: 'button',
+    'aria-pressed': String(now === state), 'data-state': state, onclick: () => go('jobs', '',
+      put(put(query, 'cursor'), 'state', now === state ? null : state)) }, stateWord(state), ' ', numbers[state]))));
   function count() {
-    const now = value(query, 'state');
-    const known = counts ?? {};
-    replace(states, STATES.map((state) => h('li', null, h('button', { type: 'button',
-      'aria-pressed': String(now === state), 'data-state': state, onclick: () => go('jobs', '',
-        put(put(query, 'cursor'), 'state', now === state ? null : state)) },
-      stateWord(state), ' ', h('b', null, known[state]?.toLocaleString('en') ?? '–')))));
+    for (const state of counts ? STATES : [])
+      numbers[state].textContent = counts[state].toLocaleString('en');
   }
 
   live.addEventListener('counts', count, { signal });

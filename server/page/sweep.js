@@ -29,14 +29,24 @@ export async function show(main, { id, query }, signal) {
     draw();
   }
 
+  // How far it is is told in place: what is made anew several times a second cannot be clicked.
+  const bar = h('progress', { max: 1, 'aria-label': 'Share of points that have ended' }), share = h('span');
+  const numbers = Object.fromEntries(Object.keys(states).map((name) => [name, h('b')]));
+  let could = '';
   function showHead() {
+    bar.value = sweep.progress;
+    share.textContent = ` ${Math.floor(sweep.progress * 100)} % of ${sweep.jobs} points have ended. `;
+    for (const name of Object.keys(states))
+      numbers[name].textContent = sweep.states[name];
     const live = sweep.states.queued + sweep.states.running > 0;
+    const can = JSON.stringify([live, sweep.states.failed > 0, sweep.axes]);
+    if (can === could)
+      return;
+    could = can;
     replace(head, h('div', { class: 'head' }, h('div', null, h('h1', null, nameOf(sweep)),
-      h('p', null, h('progress', { max: 1, value: sweep.progress, 'aria-label': 'Share of points that have ended' }),
-        ` ${Math.floor(sweep.progress * 100)} % of ${sweep.jobs} points have ended. `,
-        h('a', { href: link('jobs', '', [['sweep', id]]) }, 'Its jobs'), `  ${sweep.owner}, ${moment(sweep.submitted_at)}`),
+      h('p', null, bar, share, h('a', { href: link('jobs', '', [['sweep', id]]) }, 'Its jobs'), `  ${sweep.owner}, ${moment(sweep.submitted_at)}`),
       h('ul', { class: 'counts' }, Object.keys(states).map((name) => h('li', null, h('a', { href:
-        link('jobs', '', [['sweep', id], ['state', name]]) }, stateWord(name), ' ', h('b', null, sweep.states[name])))))),
+        link('jobs', '', [['sweep', id], ['state', name]]) }, stateWord(name), ' ', numbers[name]))))),
       h('p', { class: 'row' }, live && action('Cancel', () => change('DELETE', '')),
         sweep.states.failed > 0 && action('Retry what failed', () => change('POST', '/retry')),
         h('a', { href: submitLink(sweep.base) }, 'Change and submit'))),
@@ -152,7 +162,15 @@ export async function show(main, { id, query }, signal) {
       timer = null;
     }, 1500 + 5 * took);
   }
+  let following = false;
   async function follow() {
+    if (following)
+      return;
+    following = true;
+    await counting();
+    following = false;
+  }
+  async function counting() {
     for (let pause = 500; !signal.aborted; pause = Math.min(2 * pause, 5000)) {
       try {
         for await (const event of events(`/v1/events?sweep=${id}`, { signal }))
@@ -161,8 +179,7 @@ export async function show(main, { id, query }, signal) {
             const ended = event.data.done !== sweep.states.done || event.data.failed !== sweep.states.failed;
             const left = event.data.queued + event.data.running;
             sweep = { ...sweep, states: event.data, progress: sweep.jobs ? 1 - left / sweep.jobs : 1 };
-            if (!head.contains(document.activeElement))
-              showHead();
+            showHead();
             if (ended)
               reload();
             if (left === 0)
