@@ -154,7 +154,7 @@ static void check_field(struct bcd_scene *scene, double low, double high)
     }
     assert_true(steepest > 0 && found <= curvature * (1 + 1e-6) && found > 0.98 * curvature);
     double y[RODS], force[RODS], sum = 0;
-    struct rods rods = {y, RODS, (high - low) / RODS / 2, 0};
+    struct rods rods = {.y = y, .count = RODS, .diameter = (high - low) / RODS / 2};
     for (int i = 0; i < RODS; i++) {
         y[i] = low + (high - low) / RODS / 2 * i + 1e-3 * sin(i) * (high - low) / RODS;
         force[i] = 1;
