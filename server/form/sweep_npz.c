@@ -9,12 +9,20 @@
 
 enum { HEAD_SIZE = 128, STATE_SIZE = 9, CELL_SIZE_MAX = 512 };
 
+/* A point in the first pass: jobs may end, and be tried again, while the archive is written, which
+ * shows all of them as they were then. */
+struct seen {
+    char job[JOB_ID_SIZE];
+    unsigned char state;
+    bool table;
+};
+
 /* A pass writes one array: those before the columns are told from the points alone. */
 struct sweep_npz {
     const struct sweep *sweep;
     struct zip zip;
     size_t points, at; /* how many; the one that comes next */
-    bool *done;        /* [points], as the first pass saw them */
+    struct seen *seen; /* [points] */
     size_t rows;       /* of the longest table */
     bool scalar;       /* all tables are */
     struct sweep_columns columns;
@@ -24,7 +32,8 @@ struct sweep_npz {
     bool whole;  /* its numbers are integers */
 };
 
-static void look(struct sweep_npz *npz, const struct bcd_table *table);
+static void look(struct sweep_npz *npz, const struct sweep_point *point,
+                 const struct bcd_table *table);
 static void begin_array(struct sweep_npz *npz, struct text *text);
 static size_t axis_cell(const struct sweep_npz *npz, size_t axis, bool *whole);
 static void array_name(const struct sweep_npz *npz, char name[ZIP_NAME_SIZE]);
@@ -41,10 +50,10 @@ struct sweep_npz *sweep_npz_create(const struct sweep *sweep, size_t points)
     npz->sweep = sweep;
     npz->points = points;
     npz->scalar = true;
-    npz->done = calloc(points + 1, sizeof(*npz->done));
+    npz->seen = calloc(points + 1, sizeof(*npz->seen));
     while (sweep_axis(sweep, npz->axes))
         npz->axes++;
-    if (npz->done)
+    if (npz->seen)
         return npz;
     sweep_npz_free(npz);
     return NULL;
@@ -53,7 +62,7 @@ struct sweep_npz *sweep_npz_create(const struct sweep *sweep, size_t points)
 void sweep_npz_free(struct sweep_npz *npz)
 {
     if (npz)
-        free(npz->done);
+        free(npz->seen);
     free(npz);
 }
 
@@ -63,15 +72,15 @@ void sweep_npz_add(struct sweep_npz *npz, struct text *text, const struct sweep_
     if (npz->at >= npz->points)
         return; /* it came after the archive was begun */
     if (npz->pass == 0)
-        look(npz, table);
+        look(npz, point, table);
     else if (npz->pass == 1)
-        add_text(npz, text, point->job);
+        add_text(npz, text, npz->seen[npz->at].job);
     else if (npz->pass == 2)
-        add_text(npz, text, job_state_name(point->state));
+        add_text(npz, text, job_state_name((enum job_state)npz->seen[npz->at].state));
     else if (npz->pass < 3 + npz->axes)
         add_axis(npz, text, point);
     else
-        add_column(npz, text, npz->done[npz->at] ? table : NULL);
+        add_column(npz, text, npz->seen[npz->at].table ? table : NULL);
     npz->at++;
 }
 
@@ -94,9 +103,13 @@ bool sweep_npz_ended(const struct sweep_npz *npz)
     return npz->pass >= 3 + npz->axes + npz->columns.count;
 }
 
-static void look(struct sweep_npz *npz, const struct bcd_table *table)
+static void look(struct sweep_npz *npz, const struct sweep_point *point,
+                 const struct bcd_table *table)
 {
-    npz->done[npz->at] = table != NULL;
+    struct seen *seen = &npz->seen[npz->at];
+    memcpy(seen->job, point->job, sizeof(seen->job));
+    seen->state = (unsigned char)point->state;
+    seen->table = table != NULL;
     if (!table)
         return;
     if (npz->columns.count == 0)
