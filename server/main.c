@@ -121,9 +121,11 @@ cleanup:
         fprintf(stderr, "bcdd: %s\n", reason);
     if (service.feed)
         feed_wake(service.feed, NULL, NULL);
-    aside_stop(service.aside); /* it calls http.c */
+    aside_stop(service.aside); /* they call http.c */
+    aside_stop(service.drawing);
     http_stop(http);
     aside_free(service.aside);
+    aside_free(service.drawing);
     if (service.queue)
         queue_stop(service.queue);
     report_keeper_free(service.reports);
@@ -145,10 +147,11 @@ static bool start_threads(const struct config *config, struct service *service, 
         return false;
     }
     workers_step_back(service->workers, config->nice);
-    service->aside = aside_create();
-    if (!service->aside)
-        snprintf(reason, size, "the thread for sweeps cannot be had");
-    return service->aside != NULL;
+    service->aside = aside_create("sweeps");
+    service->drawing = aside_create("drawing");
+    if (!service->aside || !service->drawing)
+        snprintf(reason, size, "the threads for sweeps cannot be had");
+    return service->aside && service->drawing;
 }
 
 static void observe(void *context, const struct http_done *done)

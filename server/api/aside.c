@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXTS = 5, HOLD_MS = 60000 };
+enum { HEADERS = 5, TEXTS = HEADERS + 2 * LIMIT_QUERY_MAX, HOLD_MS = 60000 };
 
 /* THREADS  Who works at it fills in the reply before `done` is set, whoever takes the reply looks
  * at `done` first. The rest does not change, but for `next`: under the aside's mutex. */
@@ -20,6 +20,7 @@ struct errand {
     struct call call;
     struct request request; /* with texts of its own: */
     char *texts[TEXTS];
+    struct request_query query[LIMIT_QUERY_MAX];
     struct reply reply;
     struct errand *next;
 };
@@ -46,7 +47,7 @@ static bool is_done(void *errand);
 static void release(void *errand);
 static void pulse(const struct service *service);
 
-struct aside *aside_create(void)
+struct aside *aside_create(const char *name)
 {
     struct aside *aside = calloc(1, sizeof(*aside));
     if (!aside)
@@ -55,7 +56,7 @@ struct aside *aside_create(void)
     pthread_cond_init(&aside->moved, NULL);
     aside->running = pthread_create(&aside->thread, NULL, work, aside) == 0;
     if (aside->running) {
-        pthread_setname_np(aside->thread, "sweeps");
+        pthread_setname_np(aside->thread, name);
         return aside;
     }
     aside_free(aside);
@@ -150,15 +151,24 @@ static struct errand *copy(const struct call *call)
     errand->request = (struct request){.body_size = from->body_size, .last = true};
     const struct {
         const char *text, **to;
-    } texts[TEXTS] = {{from->method, &errand->request.method},
-                      {from->path, &errand->request.path},
-                      {from->idempotency_key, &errand->request.idempotency_key},
-                      {from->content_type, &errand->request.content_type},
-                      {from->id, &errand->request.id}};
+    } texts[HEADERS] = {{from->method, &errand->request.method},
+                        {from->path, &errand->request.path},
+                        {from->idempotency_key, &errand->request.idempotency_key},
+                        {from->content_type, &errand->request.content_type},
+                        {from->id, &errand->request.id}};
     bool sound = true;
-    for (size_t i = 0; i < TEXTS; i++) {
+    for (size_t i = 0; i < HEADERS; i++) {
         *texts[i].to = errand->texts[i] = texts[i].text ? strdup(texts[i].text) : NULL;
         sound = sound && !texts[i].text == !errand->texts[i];
+    }
+    errand->request.query = errand->query;
+    for (size_t i = 0; i < from->query_count && i < LIMIT_QUERY_MAX; i++) {
+        char **pair = &errand->texts[HEADERS + 2 * i];
+        pair[0] = strdup(from->query[i].name);
+        pair[1] = strdup(from->query[i].value);
+        errand->query[i] = (struct request_query){pair[0], pair[1]};
+        errand->request.query_count = i + 1;
+        sound = sound && pair[0] && pair[1];
     }
     char *body = malloc(from->body_size + 1);
     errand->request.body = body;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * aside.h - requests that may take seconds (sweeps) are answered by a thread of their own, one
- * after another, while their connections rest: the threads of http.c go on with everybody else.
+ * aside.h - requests that may take seconds (sweeps, and pictures of them) are answered by a thread
+ * of their own, one after another, while their connections rest: the threads of http.c go on with
+ * everybody else.
  *
  * THREADS  aside_answer may be called from any thread, the others from one.
  */
@@ -12,8 +13,8 @@
 
 struct aside;
 
-/* NULL = no memory, or no thread. */
-struct aside *aside_create(void);
+/* `name` of the thread. NULL = no memory, or no thread. */
+struct aside *aside_create(const char *name);
 
 /* What is being answered is answered to its end; what waits is refused, and so is what comes.
  * Accepts NULL. */

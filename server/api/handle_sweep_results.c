@@ -10,6 +10,7 @@
 #include "reply.h"
 #include "store_sweeps.h"
 #include "stream_rows.h"
+#include "sweep_map.h"
 #include "sweep_npz.h"
 #include "sweep_plot.h"
 #include "sweep_rows.h"
@@ -38,6 +39,14 @@ struct export
     struct sweep_npz *npz;
 };
 
+/* One of both. */
+struct picture {
+    struct sweep_plot *plot;
+    struct sweep_map *map;
+};
+
+static bool add_points(struct export *export, const struct picture *picture,
+                       struct bcd_errors *errors);
 static struct export *open_export(const struct service *service, const struct call *call,
                                   enum format format, struct reply *reply);
 static void begin(const struct service *service, const struct call *call, enum format format,
@@ -91,39 +100,68 @@ static void begin(const struct service *service, const struct call *call, enum f
     reply_stream_take(reply, types[format], &stream);
 }
 
-/* A picture needs all points before its first byte. */
+/* A picture needs all points before its first byte: it is drawn aside (aside.h), page by page. With
+ * ?y= it is a map, else a family of curves. */
 void handle_sweep_results_svg(const struct service *service, const struct call *call,
                               struct reply *reply)
 {
     struct bcd_errors errors = {0};
-    bool failed = false;
+    struct picture picture = {NULL, NULL};
+    const char *x = call_query(call, "x"), *y = call_query(call, "y");
     struct export *export = open_export(service, call, FORMAT_SVG, reply);
     if (!export)
         return;
-    struct sweep_plot *plot = sweep_plot_create(export->sweep, call_query(call, "x"),
-                                                call_query(call, "curves"), &errors);
-    while (plot && !failed && !(export->last && export->at == export->count)) {
-        struct bcd_table *table = NULL;
-        if (export->at == export->count) {
-            failed = !turn_page(export);
-            continue;
-        }
-        const struct sweep_point *point = &export->page[export->at++];
-        failed =
-            point->table && bcd_table_load(&table, point->table, point->table_size, NULL) != BCD_OK;
-        if (table)
-            sweep_plot_add(plot, point, table);
-        bcd_table_free(table);
-    }
+    if (y && call_query(call, "curves"))
+        bcd_errors_add(&errors, "curves", "are there without y: with it there is a map");
+    else if (y)
+        picture.map = sweep_map_create(export->sweep, x, y, &errors);
+    else
+        picture.plot = sweep_plot_create(export->sweep, x, call_query(call, "curves"), &errors);
+    bool drawable = picture.map || picture.plot;
+    bool failed = drawable && !add_points(export, &picture, &errors);
     if (errors.count > 0)
         reply_faults(reply, PROBLEM_QUERY, &errors, NULL);
     else if (failed)
         reply_store(reply, STORE_BROKEN, "results of the sweep");
     else
         reply_text_take(reply, "image/svg+xml",
-                        plot ? sweep_plot_print(plot, export->observable) : NULL);
-    sweep_plot_free(plot);
+                        picture.map    ? sweep_map_print(picture.map, export->observable)
+                        : picture.plot ? sweep_plot_print(picture.plot, export->observable)
+                                       : NULL);
+    sweep_plot_free(picture.plot);
+    sweep_map_free(picture.map);
     end(export);
+}
+
+/* All points into the one that is there. What is not in the picture is not even decoded. False: the
+ * store, or a result, is broken. */
+static bool add_points(struct export *export, const struct picture *picture,
+                       struct bcd_errors *errors)
+{
+    while (!(export->last && export->at == export->count)) {
+        struct bcd_table *table = NULL;
+        if (export->at == export->count) {
+            if (!turn_page(export))
+                return false;
+            continue;
+        }
+        const struct sweep_point *point = &export->page[export->at++];
+        bool wanted = picture->map ? sweep_map_wants(picture->map, point)
+                                   : sweep_plot_wants(picture->plot, point);
+        if (!wanted || !point->table)
+            continue;
+        if (bcd_table_load(&table, point->table, point->table_size, NULL) != BCD_OK)
+            return false;
+        if (picture->plot)
+            sweep_plot_add(picture->plot, point, table);
+        else if (!sweep_map_add(picture->map, point, table) && errors->count == 0)
+            bcd_errors_add(errors, "y", "%s is a list in each job: a map is of single numbers",
+                           export->observable);
+        bcd_table_free(table);
+        if (errors->count > 0)
+            return true;
+    }
+    return true;
 }
 
 /* NULL with the reply filled. */

@@ -84,6 +84,7 @@ static const struct query_row audit_query[] = {
 static const struct query_row picture_query[] = {
     {"x", QUERY_TEXT, .doc = "axis that single numbers go along; the first"},
     {"curves", QUERY_TEXT, .doc = "axis that has a curve for each value; the next"},
+    {"y", QUERY_TEXT, .doc = "a second axis: a heat map of single numbers over both"},
     {0},
 };
 
@@ -194,9 +195,10 @@ static const struct route routes[] = {
      "An array for each axis, for each column, of job ids and of states; NaN where there is no "
      "result.", .answers = {{200, "application/zip", NULL}}},
     {"GET", SWEEP "/results/{name}.svg", ROLE_READER, handle_sweep_results_svg,
-     "getSweepResultPicture", "the same as a family of curves; ?x= &curves=",
+     "getSweepResultPicture",
+     "the same as a family of curves, or with ?y= as a heat map; ?x= &curves= &y=",
      "Jobs that differ in seed alone are averaged; axes not drawn stand at their first value.",
-     .query = picture_query, .answers = {{200, SVG}}},
+     .aside = true, .query = picture_query, .answers = {{200, SVG}}},
     {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
      "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{200, JSON, "Estimate"}}},

@@ -53,8 +53,9 @@ static void go(const struct service *service, const struct route *route, const s
                struct reply *reply)
 {
     bool reads = strcmp(route->method, "GET") == 0 || route->role <= ROLE_READER;
-    if (route->aside && service->aside)
-        aside_answer(service->aside, route->handle, service, call, reply);
+    struct aside *aside = reads ? service->drawing : service->aside;
+    if (route->aside && aside)
+        aside_answer(aside, route->handle, service, call, reply);
     else if (reads || !must_wait(service, call->request, reply))
         route->handle(service, call, reply);
 }

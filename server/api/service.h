@@ -29,6 +29,7 @@ struct service {
     struct store *store;
     struct queue *queue;
     struct aside *aside;   /* NULL = long requests are answered at once, and so is who writes */
+    struct aside *drawing; /* the same for long requests that write nothing */
     struct access *access; /* NULL = everybody is OWNER_LOCAL, and may do everything */
     struct feed *feed;
     atomic_flag *theory;                   /* set while one is computed; NULL = no limit */

@@ -29,6 +29,7 @@ enum {
     LIMIT_ANSWER_AGE_MS_MAX = 600000,      /* from the request's last byte to the answer's */
     LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of its answer */
     LIMIT_STREAMS_MAX = 500,               /* open event streams */
+    LIMIT_MAP_CELLS_MAX = 10000,           /* of a heat map */
     LIMIT_ASIDE_MAX = 16,                  /* sweeps that wait for another to be taken */
     LIMIT_HOLDS_MAX = 1000,                /* requests that wait for something to happen */
     LIMIT_WAIT_SECONDS_MAX = 60,           /* ?wait= */

@@ -69,6 +69,13 @@ void sweep_plot_free(struct sweep_plot *plot)
     free(plot);
 }
 
+/* Before the first table is known, everything may be. */
+bool sweep_plot_wants(const struct sweep_plot *plot, const struct sweep_point *point)
+{
+    size_t at[SWEEP_AXES_MAX];
+    return !plot->known || (sweep_place_parse(plot->sweep, point->place, at) && belongs(plot, at));
+}
+
 void sweep_plot_add(struct sweep_plot *plot, const struct sweep_point *point,
                     const struct bcd_table *table)
 {

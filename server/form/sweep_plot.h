@@ -18,6 +18,9 @@ struct sweep_plot *sweep_plot_create(const struct sweep *sweep, const char *alon
                                      const char *curves, struct bcd_errors *errors);
 void sweep_plot_free(struct sweep_plot *plot);
 
+/* Is this a point of the picture? Others need not be added. */
+bool sweep_plot_wants(const struct sweep_plot *plot, const struct sweep_point *point);
+
 /* A point with a result; in any order. */
 void sweep_plot_add(struct sweep_plot *plot, const struct sweep_point *point,
                     const struct bcd_table *table);

@@ -95,6 +95,8 @@ check "a curve for each value of an axis" sh -c \
     "grep -q 'diameter = 0.1<' $T/msd.svg && grep -q 'diameter = 0.5<' $T/msd.svg"
 check "both are XML" /usr/bin/python3 -c \
     "import xml.dom.minidom as m; m.parse('$T/energy.svg'); m.parse('$T/msd.svg')"
+ask GET "/v1/sweeps/$SWEEP/results/energy.svg?y=/diameter"
+check "a map needs two axes" holds '.errors[0].parameter == "x"'
 ask GET "/v1/sweeps/$SWEEP/results/msd.svg?curves=/nix"
 check "of axes that there are" status_is 400
 ask GET "/v1/sweeps/$SWEEP/results/current"

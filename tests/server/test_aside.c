@@ -53,7 +53,7 @@ static int set_up(void **state)
     if (desk_open(&f->desk) != 0)
         return -1;
     f->desk.service.reports = (struct report_keeper *)&f->gate; /* where the handler finds it */
-    f->desk.service.aside = aside_create();
+    f->desk.service.aside = aside_create("test");
     return f->desk.service.aside ? 0 : -1;
 }
 
