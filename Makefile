@@ -35,9 +35,12 @@ ENGINE_SRC = $(wildcard engine/*.c engine/*/*.c)
 SERVER_SRC = $(filter-out server/main.c server/cli/cli.c, $(wildcard server/*.c server/*/*.c))
 SCHEMA_SQL = $(sort $(wildcard schema/*.sql))
 TEST_SRC   = $(wildcard tests/*/test_*.c)
-SUPPORT_SRC = $(filter-out $(TEST_SRC) $(PRELOAD_SRC), $(wildcard tests/*/*.c))
+SUPPORT_SRC = $(filter-out $(TEST_SRC) $(PRELOAD_SRC) tests/fuzz/% tests/fault/short_memory.c, \
+		$(wildcard tests/*/*.c))
+FUZZ_SRC    = $(filter-out $(TEST_SRC) tests/fuzz/libfuzzer.c, $(wildcard tests/fuzz/*.c))
 PRELOAD_SRC = $(wildcard tests/preload/*.c)
 Q = $(if $V,,@)# make V=1 shows whole commands
+comma      = ,
 obj        = $(patsubst %.c,$B/obj/%.o,$(1))
 
 all: $B/bcdd $B/bcd $B/libbcd.so $B/bcd_sqlite.so
@@ -113,6 +116,18 @@ TESTS = $(patsubst tests/%.c,$B/tests/%,$(TEST_SRC))
 $B/tests/%: $B/obj/tests/%.o $(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
 	@mkdir -p $(@D)
 	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS) $(CLIENT_LIBS)
+# Allocations of our own code, to fail where a test wants it.
+$B/tests/fault/test_memory: $B/obj/tests/fault/test_memory.o $B/obj/tests/fault/short_memory.o \
+		$(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
+	@mkdir -p $(@D)
+	$Q$(CC) $(LDFLAGS) $(patsubst %,-Wl$(comma)--wrap=%,malloc calloc realloc aligned_alloc free strdup strndup asprintf) \
+		-o $@ $^ -lcmocka $(HOST_LIBS) $(CLIENT_LIBS)
+# What is fuzzed: its corpus is a test, libFuzzer (clang; tests/fuzz/fuzz_long.sh) a program.
+$B/tests/fuzz/%: $B/obj/tests/fuzz/%.o $(call obj,$(FUZZ_SRC) $(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
+	@mkdir -p $(@D)
+	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS) $(CLIENT_LIBS)
+$B/fuzzer: $(call obj,tests/fuzz/libfuzzer.c $(FUZZ_SRC) $(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
+	$Q$(CC) $(LDFLAGS) -fsanitize=fuzzer -o $@ $^ -lcmocka $(HOST_LIBS) $(CLIENT_LIBS)
 # What shell tests put into a daemon with LD_PRELOAD.
 PRELOADS = $(patsubst tests/%.c,$B/tests/%.so,$(PRELOAD_SRC))
 $B/tests/%.so: $B/obj/tests/%.o

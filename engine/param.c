@@ -2,6 +2,7 @@
  * param.c - see param.h and bcd.h. */
 #include "param.h"
 #include "blob.h"
+#include "status.h"
 
 #include <assert.h>
 #include <math.h>
@@ -133,6 +134,13 @@ void group_fault(const struct bcd_group *group, const char *row, struct bcd_erro
     bcd_errors_add(errors, field, "%s", text);
 }
 
+void group_no_memory(const struct bcd_group *group, const char *row, struct bcd_errors *errors)
+{
+    char field[sizeof((struct bcd_error *)0)->field];
+    snprintf(field, sizeof field, "%s/%s", group->pointer, row);
+    errors_no_memory(errors, field);
+}
+
 const struct bcd_param *bcd_group_find(const struct bcd_group *group, const char *name)
 {
     for (const struct bcd_param *row = group->rows; row->name; row++)
@@ -163,12 +171,10 @@ static bool in_range(const struct bcd_param *row, double value)
 /* "must be a number or \"auto\"" - what a row takes, for faults about something else. */
 static const char *wanted(const struct bcd_param *row)
 {
-    static const char *const words[] = {[BCD_PARAM_INTEGER] = "an integer",
-                                        [BCD_PARAM_NUMBER] = "a number",
-                                        [BCD_PARAM_AUTO] = "a number or \"auto\"",
-                                        [BCD_PARAM_CHOICE] = "a word",
-                                        [BCD_PARAM_NUMBERS] = "a list of numbers",
-                                        [BCD_PARAM_TEXT] = "a text"};
+    static const char *const words[] = {
+        [BCD_PARAM_INTEGER] = "an integer",        [BCD_PARAM_NUMBER] = "a number",
+        [BCD_PARAM_AUTO] = "a number or \"auto\"", [BCD_PARAM_CHOICE] = "a word",
+        [BCD_PARAM_NUMBERS] = "a list of numbers", [BCD_PARAM_TEXT] = "a text"};
     return words[row->type];
 }
 
@@ -231,7 +237,7 @@ bool bcd_group_set_numbers(struct bcd_group *group, const struct bcd_param *row,
     }
     double *copy = malloc((count + 1) * sizeof *copy);
     if (!copy) {
-        group_fault(group, row->name, errors, "no memory");
+        group_no_memory(group, row->name, errors);
         return false;
     }
     for (size_t i = 0; i < count; i++)
@@ -252,14 +258,14 @@ static bool set_free_text(struct bcd_group *group, const struct bcd_param *row, 
     }
     for (size_t i = 0; i < length; i++) {
         if (value[i] < ' ' || value[i] > '~') {
-            group_fault(group, row->name, errors,
-                        "must be printable ASCII; character %zu is not", i + 1);
+            group_fault(group, row->name, errors, "must be printable ASCII; character %zu is not",
+                        i + 1);
             return false;
         }
     }
     char *copy = malloc(length + 1);
     if (!copy) {
-        group_fault(group, row->name, errors, "no memory");
+        group_no_memory(group, row->name, errors);
         return false;
     }
     memcpy(copy, value, length + 1);
@@ -273,8 +279,8 @@ static void join_choices(const struct bcd_param *row, char *text, size_t size)
 {
     size_t used = 0;
     for (size_t i = 0; row->choice(i) && used < size; i++)
-        used += (size_t)snprintf(text + used, size - used, "%s\"%s\"", i ? ", " : "",
-                                 row->choice(i));
+        used +=
+            (size_t)snprintf(text + used, size - used, "%s\"%s\"", i ? ", " : "", row->choice(i));
 }
 
 bool bcd_group_set_text(struct bcd_group *group, const struct bcd_param *row, const char *value,

@@ -23,5 +23,7 @@ void group_check_required(const struct bcd_group *group, struct bcd_errors *erro
 /* A fault about one row of the group: the field is the group's pointer and the row's name. */
 void group_fault(const struct bcd_group *group, const char *row, struct bcd_errors *errors,
                  const char *format, ...) __attribute__((format(printf, 4, 5)));
+/* There was no memory for its value. */
+void group_no_memory(const struct bcd_group *group, const char *row, struct bcd_errors *errors);
 
 #endif

@@ -251,7 +251,7 @@ struct bcd_group *bcd_scene_add(struct bcd_scene *scene, enum bcd_slot slot, con
     }
     void *values = calloc(1, slots[slot].at(index)->par_size + 1);
     if (!values) {
-        bcd_errors_add(errors, pointer, "no memory");
+        errors_no_memory(errors, pointer);
         return NULL;
     }
     size_t at = place_for(scene, slot, (int64_t)index);
@@ -298,7 +298,7 @@ enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_scene_cac
     if (errors->count == 0)
         plan_make(scene, cache, errors);
     if (errors->count > 0)
-        return BCD_INVALID;
+        return errors_status(errors);
     plan_list_facts(scene);
     scene->complete = true;
     return BCD_OK;

@@ -49,3 +49,19 @@ void bcd_errors_add(struct bcd_errors *errors, const char *field, const char *fo
     fill(&errors->items[errors->count++], BCD_INVALID, field, format, arguments);
     va_end(arguments);
 }
+
+void errors_no_memory(struct bcd_errors *errors, const char *field)
+{
+    size_t at = errors->count;
+    bcd_errors_add(errors, field, "no memory");
+    if (at < errors->count)
+        errors->items[at].code = BCD_NO_MEMORY;
+}
+
+enum bcd_status errors_status(const struct bcd_errors *errors)
+{
+    for (size_t i = 0; i < errors->count; i++)
+        if (errors->items[i].code == BCD_NO_MEMORY)
+            return BCD_NO_MEMORY;
+    return errors->count > 0 ? BCD_INVALID : BCD_OK;
+}

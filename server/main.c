@@ -11,11 +11,11 @@
 #include "crash.h"
 #include "description.h"
 #include "handle.h"
+#include "heap_json.h"
 #include "http_guard.h"
 #include "log.h"
 #include "metrics.h"
 #include "notify.h"
-#include "record_json.h"
 #include "routes.h"
 #include "stream_counts.h"
 #include "token.h"
@@ -29,7 +29,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
-enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 4096 };
+enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 8192 };
 
 static int serve(const struct config *config);
 static bool start_threads(const struct config *config, struct service *service, char *reason,
@@ -60,7 +60,7 @@ int main(int argc, char **argv)
         break;
     }
     gsl_set_error_handler_off(); /* its own would abort the process */
-    record_json_seed();
+    heap_json_init();
     raise_descriptors();
     crash_watch();
     return serve(&config);
@@ -191,7 +191,7 @@ static void block_signals(sigset_t *ending)
     signal(SIGXFSZ, SIG_IGN);
 }
 
-/* Two thousand connections need more descriptors than the usual soft limit gives. */
+/* Thousands of connections need more descriptors than the usual soft limit gives. */
 static void raise_descriptors(void)
 {
     struct rlimit limit;

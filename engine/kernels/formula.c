@@ -405,15 +405,14 @@ struct formula *formula_create(const char *text, const char *variable, char comp
     }
     struct parser *parser = calloc(1, sizeof *parser);
     struct formula *formula = calloc(1, sizeof *formula);
-    if (!parser || !formula) {
-        snprintf(complaint, COMPLAINT, "no memory");
-    } else {
+    if (parser && formula) {
         *parser = (struct parser){
             .text = text, .variable = variable, .complaint = complaint, .formula = formula};
         parse(parser);
     }
+    bool sound = parser && formula && !complaint[0];
     free(parser);
-    if (!complaint[0])
+    if (sound)
         return formula;
     free(formula);
     return NULL;

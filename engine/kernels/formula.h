@@ -24,7 +24,7 @@ enum { FORMULA_LENGTH_MAX = 1000, FORMULA_OPERATIONS_MAX = 256, FORMULA_STACK_MA
 struct formula; /* opaque; one malloc'ed block without pointers into itself */
 
 /* Parses; on failure NULL, with a complaint that names the place: "character 7: unknown name
- * \"foo\"; known are ...". variable: "x" or "r". */
+ * \"foo\"; known are ...", or "" = no memory. variable: "x" or "r". */
 struct formula *formula_create(const char *text, const char *variable, char complaint[160]);
 void formula_free(struct formula *formula);
 

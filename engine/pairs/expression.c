@@ -69,7 +69,10 @@ static void expression_complete(struct bcd_group *group, const struct plan *plan
     char complaint[160] = "";
     p->formula = formula_create(p->energy, "r", complaint);
     if (!p->formula) {
-        group_fault(group, "energy", errors, "%s", complaint);
+        if (complaint[0])
+            group_fault(group, "energy", errors, "%s", complaint);
+        else
+            group_no_memory(group, "energy", errors);
         return;
     }
     central_complete(group, &expression_law, p->cutoff, plan, errors);

@@ -89,7 +89,7 @@ static void table_complete(struct bcd_group *group, const struct plan *plan,
         return;
     }
     if (!spline_open(&p->spline, p->first, step, p->values.at, p->values.count)) {
-        group_fault(group, "values", errors, "no memory");
+        group_no_memory(group, "values", errors);
         return;
     }
     central_complete(group, &table_law, p->last, plan, errors);

@@ -188,7 +188,10 @@ static void expression_complete(struct bcd_group *group, const struct plan *plan
     char complaint[160];
     p->formula = formula_create(p->energy, "x", complaint);
     if (!p->formula) {
-        group_fault(group, "energy", errors, "%s", complaint);
+        if (complaint[0])
+            group_fault(group, "energy", errors, "%s", complaint);
+        else
+            group_no_memory(group, "energy", errors);
         return;
     }
     p->low = p->period > 0 ? 0 : plan->low;

@@ -44,7 +44,7 @@ static void table_complete(struct bcd_group *group, const struct plan *plan,
     struct table_par *p = group->values;
     size_t count = p->values.count;
     if (!spline_periodic(&p->spline, 0, p->period / (double)count, p->values.at, count))
-        group_fault(group, "values", errors, "no memory");
+        group_no_memory(group, "values", errors);
 }
 
 static void table_release(void *par)

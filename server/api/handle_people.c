@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * handle_people.c - tokens, owners with their quotas, the audit log. */
 #include "access.h"
+#include "faults.h"
 #include "handle.h"
 #include "limits.h"
 #include "people_json.h"
@@ -25,7 +26,7 @@ void handle_people_token_create(const struct service *service, const struct call
     if (!request_check_json(request, reply))
         return;
     if (!people_json_read_token(request->body, request->body_size, now_ms(), &token, &errors)) {
-        reply_bcd(reply, BCD_INVALID, &errors);
+        reply_bcd(reply, faults_status(&errors), &errors);
     } else if (!secret_make(secret) || !secret_hash(secret, token.hash)) {
         reply_problem(reply, PROBLEM_INTERNAL, "the system has no random bits");
     } else {
@@ -124,7 +125,7 @@ void handle_people_owner_put(const struct service *service, const struct call *c
     if (!request_check_json(request, reply))
         return;
     if (!people_json_read_quotas(request->body, request->body_size, quota, &errors)) {
-        reply_bcd(reply, BCD_INVALID, &errors);
+        reply_bcd(reply, faults_status(&errors), &errors);
         return;
     }
     enum store_status status = store_owners_set_quota(service->store, name, quota, &call->identity);

@@ -106,7 +106,9 @@ void handle_results_svg(const struct service *service, const struct call *call, 
     struct bcd_table *table = load_named(service, call, &record, &form, reply);
     if (table) {
         char *subtitle = caption(&record);
-        reply_text_take(reply, "image/svg+xml", plot_svg_print(table, table->name, subtitle));
+        reply_text_take(reply, "image/svg+xml",
+                        subtitle ? plot_svg_print(table, table->name, subtitle[0] ? subtitle : NULL)
+                                 : NULL);
         reply_immutable(reply, form.etag);
         free(subtitle);
     }
@@ -181,13 +183,15 @@ static bool unchanged(const struct call *call, const struct job_record *record, 
     return true;
 }
 
-/* The job in one line; NULL when it cannot be told. */
+/* The job in one line, "" when it cannot be told; NULL = out of memory. */
 static char *caption(const struct job_record *record)
 {
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
-    if (scene_json_complete(record->job, strlen(record->job), NULL, &scene, &errors) != BCD_OK)
-        return NULL;
+    enum bcd_status status =
+        scene_json_complete(record->job, strlen(record->job), NULL, &scene, &errors);
+    if (status != BCD_OK)
+        return status == BCD_INVALID ? strdup("") : NULL;
     char *line = caption_print(scene);
     bcd_scene_free(scene);
     return line;

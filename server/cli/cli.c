@@ -3,7 +3,7 @@
  * bcd, the command line: main.
  */
 #include "cli.h"
-#include "record_json.h"
+#include "heap_json.h"
 
 #include <gsl/gsl_errno.h>
 
@@ -77,7 +77,7 @@ int main(int argc, char **argv)
     const char *name = argc > 1 ? argv[1] : "";
     const struct cli_command *command = cli_command_find(name);
     gsl_set_error_handler_off(); /* its own would abort the process */
-    record_json_seed();
+    heap_json_init();
     if (command)
         return run(command, argc - 1, argv + 1);
     if (strcmp(name, "--version") == 0) {

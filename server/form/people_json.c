@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "people_json.h"
+#include "faults.h"
 #include "limits.h"
 #include "record_json.h"
 #include "scene_json_tree.h"
@@ -66,7 +67,7 @@ static void read_text(const json_t *value, const char *key, struct token_record 
             bcd_errors_add(errors, "/name", "must be a text of at most %d characters",
                            LIMIT_TOKEN_NAME_CHARACTERS_MAX);
         else if (!(token->name = strdup(word)))
-            bcd_errors_add(errors, "/name", "no memory");
+            faults_no_memory(errors, "/name");
     }
 }
 

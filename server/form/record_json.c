@@ -4,7 +4,6 @@
 #include "ticket_json.h"
 
 #include <inttypes.h>
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -104,11 +103,6 @@ char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks,
         add_ahead(&text, ahead);
     text_add(&text, "}\n");
     return text_take(&text);
-}
-
-void record_json_seed(void)
-{
-    json_object_seed(0); /* 0 = from the system's source of randomness */
 }
 
 /* job, derived and outcome are compact JSON already, made by scene_json.c when the job was accepted

@@ -47,8 +47,4 @@ void record_json_end_page_at(struct text *text, int64_t next);
 /* ,"name":"2026-01-31T12:00:00.123Z" (UTC), null for 0. */
 void record_json_add_time(struct text *text, const char *name, int64_t ms);
 
-/* Seeds the JSON library's hash, before there are threads: keys from outside must not collide at
- * will. */
-void record_json_seed(void);
-
 #endif

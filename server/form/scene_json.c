@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "scene_json.h"
+#include "faults.h"
+#include "heap_json.h"
 #include "limits.h"
 #include "nearest.h"
 #include "scan_json.h"
@@ -98,7 +100,7 @@ static enum bcd_status read_text(const char *text, size_t size, struct bcd_scene
 {
     json_t *job = scene_json_load(text, size, "job", errors);
     if (!job)
-        return BCD_INVALID;
+        return faults_status(errors);
     ticket_json_take(job, ticket, errors);
     enum bcd_status status = scene_json_read(job, cache, out, errors);
     json_decref(job);
@@ -167,7 +169,7 @@ json_t *scene_json_load(const char *text, size_t size, const char *what, struct 
     }
     char *copy = malloc(size + 1); /* with a NUL at its end, and none before */
     if (!copy) {
-        bcd_errors_add(errors, "", "no memory");
+        faults_no_memory(errors, "");
         return NULL;
     }
     memcpy(copy, text, size);
@@ -176,7 +178,14 @@ json_t *scene_json_load(const char *text, size_t size, const char *what, struct 
         bcd_errors_add(errors, "", "is nested deeper than %d levels", LIMIT_JSON_DEPTH_MAX);
         goto cleanup;
     }
+    unsigned long failures = heap_json_failures();
     job = json_loadb(copy, size, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, &error);
+    if (heap_json_failures() != failures) { /* whatever it says, and whatever it has read */
+        json_decref(job);
+        job = NULL;
+        faults_no_memory(errors, "");
+        goto cleanup;
+    }
     if (!job) {
         explain(copy, &error, errors);
         goto cleanup;
@@ -251,8 +260,7 @@ static void read_part(json_t *object, struct bcd_scene *scene, enum bcd_slot slo
     char pointer[SCAN_POINTER_SIZE] = "";
     json_t *type = json_object_get(object, "type");
     if (!bcd_slot_typed(slot)) {
-        struct bcd_group *only =
-            bcd_scene_add(scene, slot, bcd_catalogue(slot, 0)->name, errors);
+        struct bcd_group *only = bcd_scene_add(scene, slot, bcd_catalogue(slot, 0)->name, errors);
         if (only)
             read_group(object, only, "", errors);
         return;
@@ -325,7 +333,7 @@ static void read_numbers(json_t *list, struct bcd_group *group, const struct bcd
     size_t count = json_array_size(list), kept = count <= row->most ? count : 0;
     double *values = calloc(kept + 1, sizeof *values);
     if (!values) {
-        bcd_errors_add(errors, group->pointer, "no memory");
+        faults_no_memory(errors, group->pointer);
         return;
     }
     for (size_t i = 0; i < kept; i++) {

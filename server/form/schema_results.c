@@ -26,6 +26,7 @@ void schema_results_add(struct text *text)
         text_add(text, ",\"type\":\"object\"");
         if (table)
             add_table(text, table);
+        text->failed |= !table;
         text_add(text, ",\"additionalProperties\":{\"$ref\":\"#/components/schemas/Column\"}},");
         bcd_table_free(table);
     }
@@ -41,7 +42,7 @@ void schema_results_add(struct text *text)
 }
 
 /* The table of a small job that measured nothing yet: its columns are those of any other job. NULL
- * when there is none. */
+ * = no memory. */
 static struct bcd_table *empty_table(const struct bcd_part *part)
 {
     struct text job = {0};

@@ -4,6 +4,7 @@
  * as a range.
  */
 #include "sweep_json_tree.h"
+#include "faults.h"
 
 #include <jansson.h>
 
@@ -110,7 +111,10 @@ static json_t *read_range(json_t *range, const char *pointer, struct bcd_errors 
     if (json_array_size(list) == points)
         return list;
     json_decref(list);
-    fault(errors, pointer, "points", "no memory, or numbers beyond the largest double");
+    if (isfinite(to - from)) /* else what lies between is none that JSON could hold */
+        faults_no_memory(errors, pointer);
+    else
+        fault(errors, pointer, "points", "has numbers beyond the largest double");
     return NULL;
 }
 
@@ -132,7 +136,7 @@ static json_t *read_integers(json_t *range, const char *pointer, struct bcd_erro
     if (json_array_size(list) == count)
         return list;
     json_decref(list);
-    fault(errors, pointer, "count", "no memory");
+    faults_no_memory(errors, pointer);
     return NULL;
 }
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * sweep_json.c - sweeps read, extended and printed; see sweep_json.h. */
 #include "scene_json_tree.h"
+#include "faults.h"
+#include "heap_json.h"
 #include "sweep_json_tree.h"
 #include "ticket_json.h"
 
@@ -17,14 +19,18 @@ static void read_members(json_t *root, struct sweep *sweep, struct bcd_errors *e
 static void read_axes(json_t *axes, struct sweep *sweep, struct bcd_errors *errors);
 static void add_axis(struct sweep *sweep, const char *pointer, json_t *value,
                      struct bcd_errors *errors);
+enum seen { SEEN_FIRST, SEEN_BEFORE, SEEN_NO_MEMORY };
+
 static void read_zip(json_t *zip, struct sweep *sweep, struct bcd_errors *errors);
 static void form_groups(struct sweep *sweep, struct bcd_errors *errors);
 static void check_points(const struct sweep *sweep, struct bcd_errors *errors);
 static void check_twice(const struct sweep *sweep, size_t group, struct bcd_errors *errors);
 static struct sweep_axis *find_axis(struct sweep *sweep, const char *pointer);
-static bool remember(json_t *seen, const struct sweep *sweep, size_t group, size_t at);
+static enum seen remember(json_t *seen, const struct sweep *sweep, size_t group, size_t at);
 static void extend_group(struct sweep *sweep, size_t group, json_t *const *more,
                          struct bcd_errors *errors);
+static bool append_fresh(struct sweep *sweep, size_t group, json_t *seen, json_t *const *more,
+                         size_t i);
 static void axis_place(char place[SCAN_POINTER_SIZE], const char *pointer);
 static void add_json(struct text *text, const json_t *value);
 
@@ -35,7 +41,7 @@ enum bcd_status sweep_json_parse(const char *text, size_t size, struct sweep **o
     struct sweep *sweep = NULL;
     json_t *root = scene_json_load(text, size, "sweep", errors);
     if (!root)
-        return BCD_INVALID;
+        return faults_status(errors);
     enum bcd_status status = BCD_NO_MEMORY;
     sweep = create();
     if (!sweep)
@@ -48,7 +54,7 @@ enum bcd_status sweep_json_parse(const char *text, size_t size, struct sweep **o
         check_points(sweep, errors); /* before what takes time for each value */
     for (size_t g = 0; g < sweep->group_count && errors->count == 0; g++)
         check_twice(sweep, g, errors);
-    status = errors->count > 0 ? BCD_INVALID : BCD_OK;
+    status = faults_status(errors);
 cleanup:
     json_decref(root);
     if (status == BCD_OK) {
@@ -76,11 +82,12 @@ struct sweep *sweep_json_restore(const char *base, const char *axes, const char 
 {
     struct bcd_errors errors = {0};
     struct sweep *sweep = create();
+    unsigned long failures = heap_json_failures();
     json_t *lists = json_loads(axes, 0, NULL), *pairs = json_loads(zip, 0, NULL);
     if (!sweep)
         goto cleanup;
     sweep->base = json_loads(base, 0, NULL);
-    if (!sweep->base || !lists || !pairs)
+    if (!sweep->base || !lists || !pairs || heap_json_failures() != failures)
         bcd_errors_add(&errors, "", "no sweep");
     read_axes(lists, sweep, &errors);
     read_zip(pairs, sweep, &errors);
@@ -103,7 +110,7 @@ enum bcd_status sweep_json_extend(struct sweep *sweep, const char *text, size_t 
     json_t *axes = json_object_get(root, "axes"), *more[SWEEP_AXES_MAX] = {NULL}, *value;
     const char *pointer;
     if (!root)
-        return BCD_INVALID;
+        return faults_status(errors);
     if (!json_is_object(axes) || json_object_size(axes) == 0 || json_object_size(root) > 1)
         bcd_errors_add(errors, "/axes",
                        "must be an object of more values for axes, and all there "
@@ -127,7 +134,7 @@ enum bcd_status sweep_json_extend(struct sweep *sweep, const char *text, size_t 
     for (size_t a = 0; a < SWEEP_AXES_MAX; a++)
         json_decref(more[a]);
     json_decref(root);
-    return errors->count > 0 ? BCD_INVALID : BCD_OK;
+    return faults_status(errors);
 }
 
 size_t sweep_points(const struct sweep *sweep)
@@ -362,7 +369,9 @@ static void read_zip(json_t *zip, struct sweep *sweep, struct bcd_errors *errors
                 axis->group = i; /* for the time being: of which list */
         }
     }
-    if (!lists)
+    if (!sweep->zip)
+        faults_no_memory(errors, "/zip");
+    else if (!lists)
         bcd_errors_add(errors, "/zip",
                        "must be a list of lists of two or more axes: "
                        "[[\"/diameter\",\"/length\"]]");
@@ -409,8 +418,13 @@ static void check_twice(const struct sweep *sweep, size_t group, struct bcd_erro
         axis++;
     for (size_t i = 0; i < sweep->groups[group].length; i++) {
         char place[SCAN_POINTER_SIZE], index[24];
-        if (remember(seen, sweep, group, i))
+        enum seen before = remember(seen, sweep, group, i);
+        if (before == SEEN_FIRST)
             continue;
+        if (before == SEEN_NO_MEMORY) {
+            faults_no_memory(errors, "/axes");
+            break;
+        }
         axis_place(place, sweep->axes[axis].pointer);
         snprintf(index, sizeof(index), "%zu", i);
         scan_json_append(place, index);
@@ -427,9 +441,8 @@ static struct sweep_axis *find_axis(struct sweep *sweep, const char *pointer)
     return NULL;
 }
 
-/* Adds the values that a group has at an index to a set; false when they are in it (or there is no
- * memory). */
-static bool remember(json_t *seen, const struct sweep *sweep, size_t group, size_t at)
+/* Adds the values that a group has at an index to a set. */
+static enum seen remember(json_t *seen, const struct sweep *sweep, size_t group, size_t at)
 {
     struct text text = {0};
     for (size_t a = 0; a < sweep->axis_count; a++)
@@ -438,10 +451,13 @@ static bool remember(json_t *seen, const struct sweep *sweep, size_t group, size
             text_add(&text, "\n");
         }
     char *key = text_take(&text);
-    bool fresh =
-        key && !json_object_get(seen, key) && json_object_set_new(seen, key, json_true()) == 0;
+    enum seen before = SEEN_NO_MEMORY;
+    if (key && json_object_get(seen, key))
+        before = SEEN_BEFORE;
+    else if (key && json_object_set_new(seen, key, json_true()) == 0)
+        before = SEEN_FIRST;
     free(key);
-    return fresh;
+    return before;
 }
 
 /* All axes of a group get as many values, or none does; those that it has already go again. */
@@ -466,21 +482,33 @@ static void extend_group(struct sweep *sweep, size_t group, json_t *const *more,
         return;
     }
     json_t *seen = json_object();
-    for (size_t i = 0; i < sweep->groups[group].length; i++)
-        remember(seen, sweep, group, i);
-    for (size_t i = 0; i < length; i++) {
-        for (size_t a = 0; a < sweep->axis_count; a++)
-            if (sweep->axes[a].group == group)
-                json_array_append(sweep->axes[a].values, json_array_get(more[a], i));
-        if (remember(seen, sweep, group, sweep->groups[group].length)) {
-            sweep->groups[group].length++;
-            continue;
-        }
-        for (size_t a = 0; a < sweep->axis_count; a++)
-            if (sweep->axes[a].group == group)
-                json_array_remove(sweep->axes[a].values, sweep->groups[group].length);
-    }
+    bool sound = seen != NULL;
+    for (size_t i = 0; sound && i < sweep->groups[group].length; i++)
+        sound = remember(seen, sweep, group, i) != SEEN_NO_MEMORY;
+    for (size_t i = 0; sound && i < length; i++)
+        sound = append_fresh(sweep, group, seen, more, i);
+    if (!sound)
+        faults_no_memory(errors, "/axes");
     json_decref(seen);
+}
+
+/* The i-th of more values for the axes of a group, unless it has them; false = no memory, and the
+ * sweep is good for nothing any more. */
+static bool append_fresh(struct sweep *sweep, size_t group, json_t *seen, json_t *const *more,
+                         size_t i)
+{
+    bool sound = true;
+    for (size_t a = 0; a < sweep->axis_count; a++)
+        if (sweep->axes[a].group == group)
+            sound &= json_array_append(sweep->axes[a].values, json_array_get(more[a], i)) == 0;
+    enum seen before =
+        sound ? remember(seen, sweep, group, sweep->groups[group].length) : SEEN_NO_MEMORY;
+    if (before == SEEN_FIRST)
+        sweep->groups[group].length++;
+    for (size_t a = 0; a < sweep->axis_count && before == SEEN_BEFORE; a++)
+        if (sweep->axes[a].group == group)
+            json_array_remove(sweep->axes[a].values, sweep->groups[group].length);
+    return before != SEEN_NO_MEMORY;
 }
 
 static void axis_place(char place[SCAN_POINTER_SIZE], const char *pointer)

@@ -21,12 +21,13 @@ struct sweep_walk {
     size_t next, end;
     size_t seed;    /* the axis /seed if it goes fastest and alone; SIZE_MAX = none does */
     bool only_seed; /* moved from the point before */
+    bool failed;    /* for want of memory a value is not where it should be */
 };
 
 static size_t find_seed(const struct sweep *sweep);
 static void go(struct sweep_walk *walk, size_t point);
 static json_t *at_axis(const struct sweep_walk *walk, size_t axis);
-static void put(const struct sweep_slot *slot, json_t *value);
+static bool put(const struct sweep_slot *slot, json_t *value);
 
 struct sweep_walk *sweep_walk_create(const struct sweep *sweep, size_t first, size_t end)
 {
@@ -87,7 +88,7 @@ bool sweep_walk_next(struct sweep_walk *walk, size_t *point)
 enum bcd_status sweep_walk_scene(struct sweep_walk *walk, struct bcd_scene_cache *cache,
                                  struct bcd_scene **scene, struct bcd_errors *errors)
 {
-    return scene_json_read(walk->job, cache, scene, errors);
+    return walk->failed ? BCD_NO_MEMORY : scene_json_read(walk->job, cache, scene, errors);
 }
 
 bool sweep_walk_seeds(const struct sweep_walk *walk)
@@ -157,13 +158,12 @@ static void go(struct sweep_walk *walk, size_t point)
     }
     for (size_t a = 0; a < sweep->axis_count; a++)
         if (moved[sweep->axes[a].group])
-            put(&walk->slots[a], at_axis(walk, a));
+            walk->failed |= !put(&walk->slots[a], at_axis(walk, a));
 }
 
-static void put(const struct sweep_slot *slot, json_t *value)
+static bool put(const struct sweep_slot *slot, json_t *value)
 {
     if (json_is_array(slot->parent))
-        json_array_set(slot->parent, slot->index, value);
-    else
-        json_object_set(slot->parent, slot->key, value);
+        return json_array_set(slot->parent, slot->index, value) == 0;
+    return json_object_set(slot->parent, slot->key, value) == 0;
 }

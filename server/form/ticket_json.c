@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "ticket_json.h"
+#include "faults.h"
 #include "limits.h"
 
 #include <jansson.h>
@@ -76,7 +77,7 @@ static void read_label(const json_t *value, struct ticket *ticket, struct bcd_er
         bcd_errors_add(errors, "/label", "has %zu characters; at most %d are possible", characters,
                        LIMIT_LABEL_CHARACTERS_MAX);
     else if (label[0] && !(ticket->label = strdup(label)))
-        bcd_errors_add(errors, "/label", "no memory");
+        faults_no_memory(errors, "/label");
 }
 
 static int compare(const void *a, const void *b)
@@ -109,7 +110,7 @@ static void read_tags(const json_t *value, struct ticket *ticket, struct bcd_err
             text_add(&text, "%s%s", i ? " " : "", tags[i]);
     ticket->tags = text_take(&text);
     if (!ticket->tags)
-        bcd_errors_add(errors, "/tags", "no memory");
+        faults_no_memory(errors, "/tags");
 }
 
 static bool tag_sound(const json_t *value)

@@ -75,11 +75,20 @@ enum store_status store_exec(sqlite3 *db, const char *sql)
 
 /* -------------------------------------------------------------- transactions */
 
+/* A ROLLBACK needs memory, and may have found none: without a later one the connection would be
+ * good for nothing any more. */
+static void end_left_over(sqlite3 *db)
+{
+    if (!sqlite3_get_autocommit(db))
+        store_exec(db, "ROLLBACK");
+}
+
 enum store_status store_begin(struct store *store, sqlite3 **db, const char *file, int line)
 {
     enum store_status status;
 
     pthread_mutex_lock(&store->write_mutex);
+    end_left_over(store->writer);
     status = store_exec(store->writer, "BEGIN IMMEDIATE");
     if (status) {
         store_health_note(store, status);
@@ -127,6 +136,7 @@ sqlite3 *store_read_begin(struct store *store)
         pthread_cond_wait(&store->read_returned, &store->read_mutex);
     db = store->idle[--store->idle_count];
     pthread_mutex_unlock(&store->read_mutex);
+    end_left_over(db);
     return db;
 }
 
