@@ -16,7 +16,7 @@ enum {
     LIMIT_SWEEP_POINTS_MAX = 100000,       /* of a sweep, extensions included */
     LIMIT_SWEEP_POINTER_BYTES_MAX = 63,    /* of an axis */
     LIMIT_SWEEP_FAULTY_MAX = 1000,         /* points with faults before the rest is not looked at */
-    LIMIT_CONNECTIONS_MAX = 3000,
+    LIMIT_CONNECTIONS_MAX = 6000,
     LIMIT_CONNECTIONS_CROWDED = 1800,      /* from here on idle ones are ended, the oldest first, */
     LIMIT_CONNECTIONS_KEPT = 1500,         /* until so many are left */
     LIMIT_CROWDED_IDLE_MS = 500,           /* then idle, slow or stalled for so long is too long */

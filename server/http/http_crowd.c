@@ -15,7 +15,7 @@
 
 enum {
     SHARE_MAX = LIMIT_CONNECTIONS_MAX / LIMIT_HTTP_THREADS,
-    SHARE_CROWDED = SHARE_MAX * 4 / 5, /* threads have not all the same number */
+    SHARE_CROWDED = SHARE_MAX * 4 / 5, /* threads do not have equal shares of them */
     SHARE_KEPT = SHARE_MAX * 2 / 3,
 };
 _Static_assert(LIMIT_CONNECTIONS_KEPT < LIMIT_CONNECTIONS_CROWDED &&

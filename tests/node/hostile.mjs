@@ -242,7 +242,7 @@ for (const [what, hello] of Object.entries(idlers).slice(long ? 0 : -2))
         }
       });
       const most = use();
-      expect(most.fds < 3100 && most.kib < before.kib + 200 * 1024, most);
+      expect(most.fds < 2700 && most.kib < before.kib + 200 * 1024, most);
       if (count === 1000)
         expect(clients.every((c) => !c.closed), 'some of them were ended without need');
     }));

@@ -1,0 +1,4 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# hostile.sh with all crowds, and larger ones.
+BCD_RUNS=2 exec sh tests/api/hostile.sh
