@@ -9,7 +9,8 @@
  *   bcd_tally   what the runs measured: means and variances over independent samples
  *   bcd_table   the result of one observable: named columns, ready to be shown
  *
- * The engine knows no HTTP, JSON, SQL, clock, thread or log; it never prints, exits or calls back.
+ * The engine knows no HTTP, JSON, SQL, clock, thread or log; it never prints or exits, and calls
+ * back for one thing alone: whether to go on (struct bcd_watch).
  *
  * UNITS    The user's own length, time and energy units throughout (lambda, t, kT). Time is
  *          tick * time_step, never a running sum.
@@ -42,6 +43,7 @@ enum bcd_status {
     BCD_NO_MEMORY,
     BCD_CORRUPT,  /* a checkpoint, tally or table does not belong here or is damaged */
     BCD_INTERNAL, /* our own mistake */
+    BCD_STOPPED,  /* its watch (see below) ended it before it was done */
 };
 
 const char *bcd_status_text(enum bcd_status status);
@@ -66,6 +68,31 @@ struct bcd_errors {
  * the engine's faults end up in one list. errors may be NULL. */
 void bcd_errors_add(struct bcd_errors *errors, const char *field, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/* ------------------------------------------------------------------- watch */
+
+/* Over computations that may take long. They count what they do in core seconds of a nominal
+ * machine, so that what seconds_max or bytes_max cut off is the same everywhere, and ask
+ * should_stop every few of its milliseconds. Whatever ends under a watch that has said no is
+ * BCD_STOPPED. One watch may go over several computations, one after another; what follows once it
+ * has ended ends at once. A watch that is a NULL pointer never ends anything. */
+enum bcd_watch_end {
+    BCD_WATCH_GOES_ON,
+    BCD_WATCH_TOLD,    /* should_stop said so */
+    BCD_WATCH_SECONDS, /* more than seconds_max */
+    BCD_WATCH_BYTES,   /* more than bytes_max */
+};
+struct bcd_watch {
+    bool (*should_stop)(void *context); /* NULL = never */
+    void *context;
+    double seconds_max, bytes_max; /* 0 = without limit */
+    /* Zeroed by the caller, then the engine's: */
+    double seconds;    /* nominal, used so far */
+    double bytes;      /* memory in use at the moment */
+    double bytes_most; /* the most that there was */
+    double asked;      /* seconds when should_stop was asked last */
+    enum bcd_watch_end end;
+};
 
 /* -------------------------------------------------------------- parameters */
 
@@ -192,8 +219,10 @@ enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_scene_cac
 
 /* Makes what runs of a completed scene need and nothing before does: how "initial": "equilibrium"
  * is drawn, which takes up to seconds. BCD_INVALID, with the fault, where that turns out to be
- * impossible. Afterwards the scene is immutable. */
-enum bcd_status bcd_scene_prepare(struct bcd_scene *scene, struct bcd_errors *errors);
+ * impossible; BCD_STOPPED, with one as well, by the watch (may be NULL), and the scene as it was.
+ * Afterwards the scene is immutable. */
+enum bcd_status bcd_scene_prepare(struct bcd_scene *scene, struct bcd_watch *watch,
+                                  struct bcd_errors *errors);
 
 /* What the engine derived from a completed job, for the record: diffusion coefficient, time step,
  * method, number of steps, ... The index-th fact, in reading order; NULL past the last.
@@ -217,6 +246,10 @@ size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size)
  * with equal bytes run the same realizations in the same chunks, one of them more than another. */
 size_t bcd_scene_encode_family(const struct bcd_scene *scene, void *bytes, size_t size);
 
+/* What the equilibrium of a completed scene depends on, as far as its observables ask for it: jobs
+ * with equal bytes can share a theory's. */
+size_t bcd_scene_encode_equilibrium(const struct bcd_scene *scene, void *bytes, size_t size);
+
 /* The job's size before it runs. core_seconds is a rough figure for one core. */
 struct bcd_estimate {
     double run_bytes;    /* memory of one run in motion, checkpoint included */
@@ -225,6 +258,7 @@ struct bcd_estimate {
     double steps;        /* time steps of all realizations together */
     double rod_steps;    /* steps times particles */
     double core_seconds;
+    double theory_seconds; /* 0: whoever has results made adds bcd_theory_estimate's, to both */
 };
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate);
 
@@ -251,6 +285,12 @@ struct bcd_table;
  * All memory is allocated here. */
 enum bcd_status bcd_run_create(struct bcd_run **run, const struct bcd_scene *scene, int64_t chunk,
                                struct bcd_error *error);
+/* The same under a watch (may be NULL), borrowed until the run is freed: over its memory, and over
+ * equilibrium starts, which take up to seconds, here and in bcd_run_advance. What it stops is
+ * BCD_STOPPED, and the run then good for nothing but being freed. */
+enum bcd_status bcd_run_create_watched(struct bcd_run **run, const struct bcd_scene *scene,
+                                       int64_t chunk, struct bcd_watch *watch,
+                                       struct bcd_error *error);
 void bcd_run_free(struct bcd_run *run);
 
 /* Lets a run that was just created go on from what its chunk's first realizations measured: `tally`
@@ -336,15 +376,35 @@ enum bcd_status bcd_tally_judge(const struct bcd_tally *tally, const struct bcd_
 
 /* The exact references of a completed scene: equilibrium of the ring of N rods that the simulation
  * samples ("canonical") and of the infinite system at the same density ("infinite"), closed forms
- * elsewhere. Takes up to seconds. Fails for want of memory only: where there is no reference,
- * tables say why. */
+ * elsewhere. Where there is none, tables say why; also where it would take more than the watch's
+ * seconds_max or bytes_max: of pairs three quarters of the seconds, for the rest may still be had.
+ * Fails for want of memory, or BCD_STOPPED because the watch was told so.
+ *
+ * watch (NULL = however long it takes) is borrowed until the theory is freed: tables with closed
+ * forms look at it too. known (or NULL) is a theory that was not cut short, of the same
+ * bcd_scene_encode_equilibrium: what there is of its equilibrium is taken over, the same bits. */
 struct bcd_theory;
 enum bcd_theory_scope {
     BCD_THEORY_RING,     /* what results stand beside */
     BCD_THEORY_INFINITE, /* and the infinite system */
 };
 enum bcd_status bcd_theory_create(struct bcd_theory **theory, const struct bcd_scene *scene,
-                                  enum bcd_theory_scope scope);
+                                  enum bcd_theory_scope scope, struct bcd_watch *watch,
+                                  const struct bcd_theory *known);
+
+/* What it will take under a watch of these seconds_max (0 = without), closed forms included:
+ * nominal core seconds, right within a factor 2 as a rule, and bytes. */
+struct bcd_theory_cost {
+    double seconds, bytes;
+};
+void bcd_theory_estimate(const struct bcd_scene *scene, enum bcd_theory_scope scope,
+                         double seconds_max, struct bcd_theory_cost *cost);
+
+/* Whether limits of the watch left something out; its memory; core seconds of a nominal machine
+ * that went into the equilibrium, also where it was taken over. */
+bool bcd_theory_cut_short(const struct bcd_theory *theory);
+size_t bcd_theory_bytes(const struct bcd_theory *theory);
+double bcd_theory_seconds(const struct bcd_theory *theory);
 void bcd_theory_free(struct bcd_theory *theory);
 
 /* One row of numbers about the equilibrium as a whole, table "equilibrium": external energy,
@@ -391,7 +451,7 @@ struct bcd_table {
 };
 
 /* The result of the index-th observable of the scene (same order as bcd_scene_part), with exact
- * values beside it unless theory is NULL. */
+ * values beside it unless theory is NULL. BCD_STOPPED when the theory's watch was told to stop. */
 enum bcd_status bcd_tally_table(const struct bcd_tally *tally, const struct bcd_scene *scene,
                                 const struct bcd_theory *theory, size_t index,
                                 struct bcd_table **table);

@@ -42,6 +42,8 @@ struct theory_system equilibrium_system(const struct plan *plan)
     if (plan->field) {
         system.energy = plan_energy;
         system.ctx = plan;
+        system.energy_ns = plan_energy_ns(plan);
+        system.curvature = plan->potential->curvature_max(plan->potential_par);
         if (plan->potential->rough && plan->potential->rough(plan->potential_par))
             system.tolerance = 1e-6; /* grids converge by powers only */
         if (plan->walls)

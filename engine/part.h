@@ -53,6 +53,10 @@ struct potential_type {
     double (*velocity)(const void *par); /* of the whole pattern; NULL = at rest */
     bool (*rough)(const void *par);      /* smooth only in pieces; NULL = smooth everywhere */
     bool lanes;                          /* add_force and flow take rods of several lanes */
+    /* Rough cost of the force on one rod beyond a cosine's, and of one energy, for estimates
+     * alone; NULL = like a cosine's. */
+    double (*force_ns)(const void *par, const struct plan *plan);
+    double (*energy_ns)(const void *par);
 };
 
 /* U(x) of a plan that has a potential, in the form theory/ wants it: ctx is the plan. */
@@ -61,6 +65,14 @@ static inline double plan_energy(const void *ctx, double x)
     const struct plan *plan = ctx;
     struct rods one = {.y = &x, .count = 1, .diameter = 0, .time = 0};
     return plan->potential->energy_sum(plan->potential_par, &one);
+}
+
+/* What it costs, roughly. */
+static inline double plan_energy_ns(const struct plan *plan)
+{
+    const double cosine = 15;
+    const struct potential_type *type = plan->potential;
+    return type && type->energy_ns ? type->energy_ns(plan->potential_par) : cosine;
 }
 
 /* Is there a potential that acts and does not change with time? */
@@ -99,6 +111,8 @@ struct pair_type {
     /* Energy of two rods whose centres are `distance` >= diameter apart, 0 out of range; never
      * INFINITY (overlaps are the caller's business), never NULL. Own elementary functions. */
     double (*energy)(const void *par, double distance, double temperature);
+    /* Rough cost of one pair's force, for estimates alone; NULL = the usual. */
+    double (*force_ns)(const void *par);
 };
 
 /* ---------------------------------------------------------------- methods */
@@ -164,6 +178,7 @@ struct exact {
     const char *why_not;
     size_t rows;
     double *values;        /* [rows], to be filled in; NaN where none is known */
+    struct bcd_watch *watch; /* may be NULL; whatever it ends may leave any values */
     const char *reference; /* "canonical", "infinite", "asymptote"; NULL = none: */
     const char *reason;
 };
@@ -215,6 +230,8 @@ struct observable_type {
     void (*want)(const void *par, const struct plan *plan, struct theory_wanted *wanted);
     /* Exact values of its rows; NULL = none are known, no column. */
     void (*exact)(const void *par, const struct plan *plan, struct exact *exact);
+    /* What that takes, roughly; NULL = nothing to speak of. */
+    double (*exact_ns)(const void *par, const struct plan *plan);
 };
 
 #endif

@@ -329,15 +329,20 @@ static void plan_initial(struct bcd_scene *scene, struct bcd_errors *errors)
     }
 }
 
-enum bcd_status plan_prepare(struct bcd_scene *scene, struct bcd_errors *errors)
+enum bcd_status plan_prepare(struct bcd_scene *scene, struct bcd_watch *watch,
+                             struct bcd_errors *errors)
 {
     struct plan *plan = &scene->plan;
     if (plan->initial != INITIAL_EQUILIBRIUM || plan->sampler)
         return BCD_OK;
     struct theory_system system = equilibrium_system(plan);
     struct bcd_error error = {0};
+    system.watch = watch;
     enum bcd_status status = theory_sampler_create(&plan->sampler, &system, &error);
-    if (status)
+    if (status == BCD_STOPPED)
+        bcd_errors_add(errors, "/initial", "finding out how to draw \"equilibrium\" %s",
+                       error.text);
+    else if (status)
         bcd_errors_add(errors, "/initial", "\"equilibrium\" is not possible: %.180s", error.text);
     scene->coarse.sampler = plan->sampler;
     return status;

@@ -8,6 +8,11 @@
 struct bcd_theory {
     struct theory_result *canonical, *infinite; /* NULL = there is none */
     char why_not[160], why_not_infinite[160];
+    enum bcd_theory_scope scope;
+    struct bcd_watch *watch; /* the caller's, or own */
+    struct bcd_watch own;
+    bool cut_short;
+    double seconds;
 };
 
 /* Adds the column "theory" for the index-th observable: exact values, or why there are none, with

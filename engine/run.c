@@ -10,11 +10,13 @@
  */
 #include "arena.h"
 #include "blob.h"
+#include "nominal.h"
 #include "plan_step.h"
 #include "scene.h"
 #include "status.h"
 #include "step_error.h"
 #include "tally.h"
+#include "watch.h"
 
 #include <assert.h>
 #include <math.h>
@@ -49,6 +51,8 @@ struct bcd_run {
     double *values; /* [tally.count] of the block that ends, scratch */
     double *paired; /* [lanes][blocks of a second pass][tally.count] of the first pass, kept */
     struct arena kept, scratch;
+    struct bcd_watch *watch; /* may be NULL */
+    double watched_bytes;    /* that it knows of */
     enum bcd_status status; /* not OK: a realization could not begin */
 };
 
@@ -154,6 +158,13 @@ static enum bcd_status begin_realization(struct bcd_run *run, struct bcd_error *
 enum bcd_status bcd_run_create(struct bcd_run **out, const struct bcd_scene *scene, int64_t chunk,
                                struct bcd_error *error)
 {
+    return bcd_run_create_watched(out, scene, chunk, NULL, error);
+}
+
+enum bcd_status bcd_run_create_watched(struct bcd_run **out, const struct bcd_scene *scene,
+                                       int64_t chunk, struct bcd_watch *watch,
+                                       struct bcd_error *error)
+{
     const struct plan *plan = &scene->plan;
     assert(scene->complete && chunk >= 0 && chunk < plan->chunks);
     assert(plan->initial != INITIAL_EQUILIBRIUM || plan->sampler); /* prepared */
@@ -165,8 +176,14 @@ enum bcd_status bcd_run_create(struct bcd_run **out, const struct bcd_scene *sce
     run->first = chunk * plan->per_chunk;
     int64_t left = plan->realizations - run->first;
     run->count = left < plan->per_chunk ? left : plan->per_chunk;
+    run->watch = run->sim.watch = watch;
     lay_out(run); /* counts */
     size_t kept = run->kept.used, scratch = run->scratch.used;
+    run->watched_bytes = (double)kept + (double)scratch;
+    if (!watch_take(watch, run->watched_bytes)) {
+        bcd_run_free(run);
+        return watch_stopped(watch, error);
+    }
     run->kept.bytes = aligned_alloc(ARENA_ALIGNMENT, kept);
     run->scratch.bytes = aligned_alloc(ARENA_ALIGNMENT, scratch);
     if (!run->kept.bytes || !run->scratch.bytes) {
@@ -189,6 +206,7 @@ void bcd_run_free(struct bcd_run *run)
 {
     if (!run)
         return;
+    watch_take(run->watch, -run->watched_bytes);
     free(run->kept.bytes);
     free(run->scratch.bytes);
     free(run);
@@ -529,23 +547,6 @@ int64_t bcd_scene_realizations(const struct bcd_scene *scene, int64_t chunks)
     return chunks < plan->chunks ? chunks * plan->per_chunk : plan->realizations;
 }
 
-/* Per step: the rods, what acts on them, a fixed part for calls and loop starts; then the looks.
- * Rough on purpose: whoever wants to know better compares it with what runs have taken. */
-static double nominal_ns(const struct bcd_scene *scene, double rod_steps)
-{
-    const double without_field = 0.6, pair_ns = 12;
-    const struct plan *plan = &scene->plan;
-    const struct scene_part *part;
-    double per_rod = plan->method->step_ns * 1.4 * (plan->field ? 1 : without_field) +
-                     (plan->pair ? pair_ns : 0) + 60 / (double)plan->particles +
-                     plan->sample_ns / (double)plan->sample_steps;
-    for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
-        const struct observable_type *type = scene_observable_type(part);
-        per_rod += type->step_ns ? type->step_ns(part->group.values, plan) : 0;
-    }
-    return rod_steps * per_rod;
-}
-
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate)
 {
     const struct plan *plan = &scene->plan;
@@ -560,6 +561,6 @@ void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *esti
             (sizeof(double) * (3.0 * values + 1) + BLOB_HEADER_SIZE) * (double)plan->chunks,
         .steps = steps,
         .rod_steps = rod_steps,
-        .core_seconds = 1e-9 * nominal_ns(scene, rod_steps),
+        .core_seconds = nominal_seconds(scene, rod_steps),
     };
 }

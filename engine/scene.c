@@ -304,10 +304,11 @@ enum bcd_status bcd_scene_complete(struct bcd_scene *scene, struct bcd_scene_cac
     return BCD_OK;
 }
 
-enum bcd_status bcd_scene_prepare(struct bcd_scene *scene, struct bcd_errors *errors)
+enum bcd_status bcd_scene_prepare(struct bcd_scene *scene, struct bcd_watch *watch,
+                                  struct bcd_errors *errors)
 {
     assert(scene->complete);
-    return plan_prepare(scene, errors);
+    return plan_prepare(scene, watch, errors);
 }
 
 const struct bcd_fact *bcd_scene_fact(const struct bcd_scene *scene, size_t index)
@@ -323,6 +324,7 @@ struct encoder {
     size_t size, used; /* used counts on when size is exhausted */
     uint64_t hash;     /* of all of it */
     bool family;       /* leave out how many realizations there are, and what tells it */
+    bool equilibrium;  /* leave out all that equilibrium does not depend on */
 };
 
 static void encode_bytes(struct encoder *e, const char *bytes, size_t length)
@@ -401,9 +403,33 @@ static void encode_value(struct encoder *e, const struct bcd_group *group,
     }
 }
 
+/* What the equilibrium theory reads of a job's own rows (equilibrium.c). */
+static bool row_left_out(const struct encoder *e, const struct bcd_group *group,
+                         const struct bcd_param *row)
+{
+    static const size_t kept[] = {
+        offsetof(struct job_par, particles), offsetof(struct job_par, length),
+        offsetof(struct job_par, diameter),  offsetof(struct job_par, temperature),
+        offsetof(struct job_par, boundary),  offsetof(struct job_par, force)};
+    bool found = !e->equilibrium || group->type;
+    for (size_t i = 0; i < sizeof kept / sizeof *kept; i++)
+        found = found || row->offset == kept[i];
+    return !found;
+}
+
+static bool part_left_out(const struct encoder *e, const struct scene_part *part)
+{
+    if (part->slot == BCD_SLOT_TARGET)
+        return e->family || e->equilibrium;
+    return e->equilibrium && part->slot == BCD_SLOT_OBSERVABLE &&
+           !scene_observable_type(part)->want;
+}
+
 static void encode_group(struct encoder *e, const struct bcd_group *group)
 {
     for (const struct bcd_param *row = group->rows; row->name; row++) {
+        if (row_left_out(e, group, row))
+            continue;
         encode_word(e, group->pointer);
         encode_word(e, "/");
         encode_word(e, row->name);
@@ -421,7 +447,7 @@ static void encode_scene(struct encoder *e, const struct bcd_scene *scene)
     encode(e, "bcd result version %d\n", BCD_RESULT_VERSION);
     encode_group(e, &scene->group);
     for (size_t i = 0; i < scene->part_count; i++) {
-        if (e->family && scene->parts[i].slot == BCD_SLOT_TARGET)
+        if (part_left_out(e, &scene->parts[i]))
             continue;
         encode(e, "%s type %s\n", scene->parts[i].group.pointer, scene->parts[i].group.type);
         encode_group(e, &scene->parts[i].group);
@@ -438,6 +464,13 @@ size_t bcd_scene_encode(const struct bcd_scene *scene, void *bytes, size_t size)
 size_t bcd_scene_encode_family(const struct bcd_scene *scene, void *bytes, size_t size)
 {
     struct encoder e = {.at = bytes, .size = size, .family = true};
+    encode_scene(&e, scene);
+    return e.used;
+}
+
+size_t bcd_scene_encode_equilibrium(const struct bcd_scene *scene, void *bytes, size_t size)
+{
+    struct encoder e = {.at = bytes, .size = size, .equilibrium = true};
     encode_scene(&e, scene);
     return e.used;
 }

@@ -50,7 +50,8 @@ struct bcd_scene {
 void plan_make(struct bcd_scene *scene, struct bcd_scene_cache *cache, struct bcd_errors *errors);
 
 /* What runs need beyond the plan: the sampler of equilibrium starts. */
-enum bcd_status plan_prepare(struct bcd_scene *scene, struct bcd_errors *errors);
+enum bcd_status plan_prepare(struct bcd_scene *scene, struct bcd_watch *watch,
+                             struct bcd_errors *errors);
 void plan_list_facts(struct bcd_scene *scene);
 
 /* The observables of a scene, in order; NULL past the last. */

@@ -99,7 +99,8 @@ static void place_lattice(struct sim *sim)
 static enum bcd_status place_equilibrium(struct sim *sim, struct bcd_error *error)
 {
     struct uniform_stream stream = {.sim = sim};
-    const struct theory_uniforms uniforms = {next_uniform, &stream};
+    const struct theory_uniforms uniforms = {
+        .next = next_uniform, .ctx = &stream, .watch = sim->watch};
     return theory_sampler_draw(sim->plan->sampler, sim->y, &uniforms, error);
 }
 

@@ -34,6 +34,7 @@ struct sim {
     const double *offset;    /* [lanes][arena_whole(N)], x - y; NULL with one lane */
     void *work;              /* the method's scratch */
     struct noise_key noise;
+    struct bcd_watch *watch; /* over draws of equilibrium starts; may be NULL */
 };
 enum { LANES_MAX = 16 };
 

@@ -13,6 +13,7 @@ const char *bcd_status_text(enum bcd_status status)
         [BCD_NO_MEMORY] = "not enough memory",
         [BCD_CORRUPT] = "stored data is damaged or of another kind",
         [BCD_INTERNAL] = "internal error",
+        [BCD_STOPPED] = "stopped before it was done",
     };
     return (size_t)status < sizeof text / sizeof *text ? text[status] : "unknown status";
 }

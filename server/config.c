@@ -3,6 +3,7 @@
 #include "limits.h"
 
 #include <arpa/inet.h>
+#include <math.h>
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,6 +12,7 @@
 enum { WORKERS_NICE = 5 };
 
 static const char *option_value(const char *name, char *const **argument);
+static bool limit_option(char *const **argument, struct config *config, char *reason, size_t size);
 static bool parse_listen(const char *text, struct config *config, char *reason, size_t size);
 static bool add_name(const char *name, struct config *config, char *reason, size_t size);
 static bool parse_count(const char *text, unsigned long max, unsigned long *value);
@@ -19,7 +21,8 @@ static size_t cores(void);
 const char *config_usage(void)
 {
     return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--auth MODE]\n"
-           "            [--host-name NAME] [--log all|changes] [--nice N]\n"
+           "            [--host-name NAME] [--log all|changes] [--nice N] [--memory BYTES]\n"
+           "            [--overrun-factor K] [--overrun-seconds S]\n"
            "       bcdd token create|list|revoke --help\n"
            "Brownian cluster dynamics as a service: jobs in over HTTP, results out.\n"
            "\n"
@@ -32,6 +35,9 @@ const char *config_usage(void)
            "  --auth MODE         auto: on loopback nobody needs a token until there is one;\n"
            "                      required: everybody does; open: nobody, on loopback only\n"
            "  --host-name NAME    a name that clients call this server by; may be repeated\n"
+           "  --memory BYTES      that one part of a job in motion may have (4e9)\n"
+           "  --overrun-factor K  a part of a job that has used more than K times the estimate,\n"
+           "  --overrun-seconds S and S core seconds more, is stopped; the job failed (10, 60)\n"
            "  --version           print the version\n"
            "  --help              print this\n";
 }
@@ -41,6 +47,7 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
 {
     unsigned long workers = cores(), nice = WORKERS_NICE;
     *config = (struct config){.host = "127.0.0.1", .port = 8080, .log_reads = true};
+    config->limits = job_limits_usual();
     char *const *end = argv + argc;
     for (char *const *argument = argv + 1; argument < end; argument++) {
         const char *name = *argument, *value;
@@ -70,6 +77,9 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
                 snprintf(reason, size, "--nice takes a number from 0 to 19, not \"%s\"", value);
                 return CONFIG_WRONG;
             }
+        } else if (limit_option(&argument, config, reason, size)) {
+            if (reason[0])
+                return CONFIG_WRONG;
         } else if ((value = option_value("--auth", &argument))) {
             if (!access_mode_parse(value, &config->auth)) {
                 snprintf(reason, size, "--auth takes auto, required or open, not \"%s\"", value);
@@ -89,6 +99,33 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
         return CONFIG_RUN;
     snprintf(reason, size, "--data DIR is needed: the place for jobs and results");
     return CONFIG_WRONG;
+}
+
+/* One of the limits of jobs: true if it was, with the reason if it is wrong. */
+static bool limit_option(char *const **argument, struct config *config, char *reason, size_t size)
+{
+    const struct {
+        const char *name;
+        double *value, least;
+    } rows[] = {
+        {"--memory", &config->limits.run_bytes, 1},
+        {"--overrun-factor", &config->limits.overrun_factor, 0},
+        {"--overrun-seconds", &config->limits.overrun_seconds, 0},
+    };
+    reason[0] = '\0';
+    for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
+        char *end = NULL;
+        const char *text = option_value(rows[i].name, argument);
+        if (!text)
+            continue;
+        double value = strtod(text, &end);
+        if (end == text || *end || !(value >= rows[i].least) || !isfinite(value))
+            snprintf(reason, size, "%s takes a number from %g on, not \"%s\"", rows[i].name,
+                     rows[i].least, text);
+        *rows[i].value = value;
+        return true;
+    }
+    return false;
 }
 
 /* The value of "--name value" or "--name=value", NULL if this is another option or the value is

@@ -4,6 +4,7 @@
 #define CONFIG_H
 
 #include "access.h"
+#include "job_admit.h"
 #include "limits.h"
 
 #include <stdbool.h>
@@ -18,6 +19,7 @@ struct config {
     int nice;       /* what is added to theirs */
     bool log_reads; /* a line in the log for each request, not only for those that change or fail */
     enum access_mode auth;
+    struct job_limits limits;
     const char *names[LIMIT_HOST_NAMES_MAX + 1]; /* borrowed; NULL ends them */
 };
 

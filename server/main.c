@@ -34,6 +34,7 @@ enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 8192 }
 static int serve(const struct config *config);
 static bool start_threads(const struct config *config, struct service *service, char *reason,
                           size_t size);
+static bool begin_queue(struct service *service, const struct job_limits *limits);
 static void announce(const struct config *config, uint16_t port);
 static void observe(void *context, const struct http_done *done);
 static void wake(void *http);
@@ -68,12 +69,11 @@ int main(int argc, char **argv)
 
 static int serve(const struct config *config)
 {
-    atomic_flag theory = ATOMIC_FLAG_INIT, backup = ATOMIC_FLAG_INIT;
+    atomic_flag backup = ATOMIC_FLAG_INIT;
     struct metrics metrics = {.started_s = time(NULL)};
     struct stream_counts streams = STREAM_COUNTS_INIT;
     struct description description = {0};
-    struct service service = {.theory = &theory,
-                              .backup = &backup,
+    struct service service = {.backup = &backup,
                               .metrics = &metrics,
                               .streams = &streams,
                               .description = &description};
@@ -90,13 +90,8 @@ static int serve(const struct config *config)
         access_create(&service.access, service.store, config->auth,
                       http_guard_loopback(config->host), reason, sizeof(reason)) != STORE_OK)
         goto cleanup;
-    if (queue_create(&service.queue, service.store) != STORE_OK ||
-        queue_recover(service.queue) != STORE_OK)
-        goto cleanup;
-    if (feed_create(&service.feed, service.store, service.queue) != STORE_OK)
-        goto cleanup;
-    service.reports = report_keeper_create(service.store);
-    if (!service.reports || !start_threads(config, &service, reason, sizeof(reason)))
+    if (!begin_queue(&service, &config->limits) ||
+        !start_threads(config, &service, reason, sizeof(reason)))
         goto cleanup;
     const struct http_options options = {.host = config->host,
                                          .names = config->names,
@@ -110,6 +105,7 @@ static int serve(const struct config *config)
         goto cleanup;
     atomic_store(&service.http, http);
     feed_wake(service.feed, wake, http);
+    theory_keeper_wake(service.theories, wake, http);
     announce(config, http_port(http));
     notify_manager("READY=1");
     sigwait(&ending, &number);
@@ -123,12 +119,14 @@ cleanup:
         feed_wake(service.feed, NULL, NULL);
     aside_stop(service.aside); /* they call http.c */
     aside_stop(service.drawing);
+    theory_keeper_wake(service.theories, NULL, NULL);
     http_stop(http);
     aside_free(service.aside);
     aside_free(service.drawing);
     if (service.queue)
         queue_stop(service.queue);
     report_keeper_free(service.reports);
+    theory_keeper_free(service.theories);
     workers_stop(service.workers);
     feed_free(service.feed);
     queue_free(service.queue);
@@ -152,6 +150,20 @@ static bool start_threads(const struct config *config, struct service *service, 
     if (!service->aside || !service->drawing)
         snprintf(reason, size, "the threads for sweeps cannot be had");
     return service->aside && service->drawing;
+}
+
+/* The queue with what was in motion, and what stands around it. */
+static bool begin_queue(struct service *service, const struct job_limits *limits)
+{
+    if (queue_create(&service->queue, service->store) != STORE_OK)
+        return false;
+    queue_set_limits(service->queue, limits);
+    if (queue_recover(service->queue) != STORE_OK ||
+        feed_create(&service->feed, service->store, service->queue) != STORE_OK)
+        return false;
+    service->reports = report_keeper_create(service->store);
+    service->theories = theory_keeper_create(service->queue);
+    return service->reports && service->theories;
 }
 
 static void observe(void *context, const struct http_done *done)

@@ -33,4 +33,7 @@ void formula_free(struct formula *formula);
 void formula_values(const struct formula *formula, const double *x, size_t count, double *values,
                     double *first, double *second);
 
+/* What that takes, roughly, in ns for each of so many points at once. */
+double formula_ns(const struct formula *formula, double points);
+
 #endif

@@ -374,3 +374,15 @@ void formula_values(const struct formula *formula, const double *x, size_t count
         }
     }
 }
+
+double formula_ns(const struct formula *formula, double points)
+{
+    const double call = 30, function = 12, operation = 1.5;
+    double each = 0;
+    for (int i = 0; i < formula->count; i++) {
+        enum formula_code code = formula->steps[i].code;
+        bool elementary = (code >= CODE_SIN && code <= CODE_SQRT) || code == CODE_POWER;
+        each += elementary ? function : operation;
+    }
+    return each + call * formula->count / points;
+}

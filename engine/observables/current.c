@@ -71,7 +71,9 @@ static void current_exact(const void *par, const struct plan *plan, struct exact
                               .period = plan->period,
                               .kT = plan->temperature,
                               .D = plan->diffusion,
-                              .force = plan->force};
+                              .force = plan->force,
+                              .energy_ns = plan_energy_ns(plan),
+                              .watch = exact->watch};
         double diffusion;
         if (plan->particles > 1 || plan->walls || !plan_field_steady(plan) ||
             plan->temperature == 0 || tilted_drift(&velocity, &diffusion, &rod, NULL))

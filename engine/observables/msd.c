@@ -351,7 +351,9 @@ static void one_rod_asymptote(const struct plan *plan, const struct msd_lags *la
                           .ctx = plan,
                           .period = plan->period,
                           .kT = plan->temperature,
-                          .D = plan->diffusion};
+                          .D = plan->diffusion,
+                          .energy_ns = plan_energy_ns(plan),
+                          .watch = exact->watch};
     double diffusion;
     if (lifson_jackson(&diffusion, &rod, NULL))
         return;
@@ -391,16 +393,31 @@ static void msd_exact(const void *par, const struct plan *plan, struct exact *ex
         one_rod_asymptote(plan, &lags, exact);
     if (plan->field)
         return;
+    const struct single_file ring = {
+        plan->particles, plan->length, plan->diameter, plan->diffusion, exact->watch};
     for (size_t k = 0; k < exact->rows; k++) {
         double t = (double)lags.lag[k] * plan->time_step;
         double drift = plan->mobility * plan->force * t;
         double spread = plan->free_length > 0 && plan->particles > 1 && plan->diffusion > 0
-                            ? single_file_msd_ring(plan->particles, plan->length, plan->diameter,
-                                                   plan->diffusion, t)
+                            ? single_file_msd_watched(&ring, t)
                             : 2 * plan->diffusion * t / (double)plan->particles;
         exact->values[k] = spread + drift * drift;
     }
     exact->reference = "canonical";
+}
+
+static double msd_exact_ns(const void *par, const struct plan *plan)
+{
+    struct msd_lags lags;
+    double ns = 0;
+    if (plan->walls || plan->pair || plan->field || plan->particles < 2 || plan->free_length <= 0)
+        return 0;
+    const struct single_file ring = {
+        plan->particles, plan->length, plan->diameter, plan->diffusion, NULL};
+    spread_lags(par, plan->fine, &lags);
+    for (int64_t k = 0; k < lags.count; k++)
+        ns += single_file_msd_ns(&ring, (double)lags.lag[k] * plan->time_step);
+    return ns;
 }
 
 const struct observable_type observable_msd = {
@@ -423,4 +440,5 @@ const struct observable_type observable_msd = {
     .describe = msd_describe,
     .extend = msd_extend,
     .exact = msd_exact,
+    .exact_ns = msd_exact_ns,
 };

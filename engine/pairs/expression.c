@@ -83,6 +83,12 @@ static void expression_release(void *par)
     formula_free(((struct expression_par *)par)->formula);
 }
 
+static double expression_force_ns(const void *par)
+{
+    const double distances = 64; /* at once */
+    return 12 + formula_ns(((const struct expression_par *)par)->formula, distances);
+}
+
 const struct pair_type pair_expression = {
     .base = {.part = {.name = "expression",
                       .doc = "V(r) as a formula, shifted to 0 at the cutoff",
@@ -97,4 +103,5 @@ const struct pair_type pair_expression = {
     .theory = central_theory,
     .add_force = central_add_force,
     .energy = central_energy,
+    .force_ns = expression_force_ns,
 };

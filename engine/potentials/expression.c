@@ -288,6 +288,16 @@ static double expression_energy_sum(const void *par, const struct rods *rods)
     return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
 
+static double expression_force_ns(const void *par, const struct plan *plan)
+{
+    return formula_ns(((const struct expression_par *)par)->formula, (double)plan->particles);
+}
+
+static double expression_energy_ns(const void *par)
+{
+    return formula_ns(((const struct expression_par *)par)->formula, 1);
+}
+
 const struct potential_type potential_expression = {
     .base = {.part = {.name = "expression",
                       .doc = "U(x) as a formula, \"3*cos(2*pi*x)+0.1*cos(4*pi*x)\"",
@@ -302,4 +312,6 @@ const struct potential_type potential_expression = {
     .energy_sum = expression_energy_sum,
     .steady = expression_steady,
     .rough = expression_rough,
+    .force_ns = expression_force_ns,
+    .energy_ns = expression_energy_ns,
 };

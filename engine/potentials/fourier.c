@@ -183,6 +183,17 @@ static double fourier_energy_sum(const void *par, const struct rods *rods)
     return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
 
+static double fourier_force_ns(const void *par, const struct plan *plan)
+{
+    (void)plan;
+    return 1.5 * ((const struct fourier_par *)par)->slope.count;
+}
+
+static double fourier_energy_ns(const void *par)
+{
+    return 40 + 10 * (double)((const struct fourier_par *)par)->energy.count;
+}
+
 const struct potential_type potential_fourier = {
     .base = {.part = {.name = "fourier",
                       .doc = "U(x) = sum a_k cos(2 pi k x/lambda) + b_k sin(2 pi k x/lambda)",
@@ -195,4 +206,6 @@ const struct potential_type potential_fourier = {
     .add_force = fourier_add_force,
     .energy_sum = fourier_energy_sum,
     .steady = fourier_steady,
+    .force_ns = fourier_force_ns,
+    .energy_ns = fourier_energy_ns,
 };

@@ -44,7 +44,7 @@ static enum bcd_status init_tables(struct backward *backward, struct bcd_error *
 enum bcd_status backward_init(struct backward *backward, const struct model *model,
                               struct bcd_error *error)
 {
-    *backward = (struct backward){.model = model};
+    *backward = (struct backward){.model = model, .scratch = {.watch = model->system.watch}};
     const struct theory_wanted wanted = {.density_bins = RAMP_POINTS};
     struct theory_result *result = NULL;
     enum bcd_status status = theory_canonical(&result, &model->system, &wanted, error);
@@ -61,7 +61,9 @@ enum bcd_status backward_init(struct backward *backward, const struct model *mod
     }
     fill_density(&backward->density, result, model->period);
     theory_result_free(result);
-    return init_tables(backward, error);
+    status = init_tables(backward, error);
+    backward->scratch.watch = NULL; /* borrowed until here */
+    return watch_ended(model->system.watch) ? watch_stopped(model->system.watch, error) : status;
 }
 
 void backward_fini(struct backward *backward)
@@ -267,7 +269,10 @@ static void compute_chain(struct walk *walk)
     struct chain *chain = &walk->chain;
     size_t rods = (size_t)walk->model->system.particles;
     double x = chain->grid->x[0], sigma = walk->model->system.diameter;
-    for (size_t j = 1; j < rods; j++) {
+    double reach = chain->bump ? 1 + (double)chain->reach_panels : 0;
+    double rod_ns = (double)walk->nodes *
+                    (.7 * CHAIN_RULE * (1 + reach) + model_weight_ns(walk->model) + 3);
+    for (size_t j = 1; j < rods && watch_spend(walk->uniforms->watch, rod_ns); j++) {
         walk->delta[j - 1] = chain->delta[0] * model_weight(walk->model, x + (double)j * sigma);
         chain_step(chain);
         memcpy(walk->kept + (j - 1) * walk->nodes, chain->product, walk->nodes * sizeof(double));
@@ -287,7 +292,7 @@ enum bcd_status backward_draw(const struct backward *backward, double *y, double
 {
     const struct model *model = backward->model;
     size_t rods = (size_t)model->system.particles;
-    struct scratch scratch = {0};
+    struct scratch scratch = {.watch = uniforms->watch};
     struct walk walk = {.model = model, .uniforms = uniforms, .all = &backward->bump};
     const struct ramp *ramp = &backward->density;
     *first = ramp_inverse(ramp, model->period, uniform(&walk) * ramp->rise);
@@ -296,7 +301,7 @@ enum bcd_status backward_draw(const struct backward *backward, double *y, double
     if (status == BCD_OK) {
         compute_chain(&walk);
         double end = model->free_length;
-        for (size_t j = rods - 1; j >= 1; j--) {
+        for (size_t j = rods - 1; j >= 1 && !watch_ended(uniforms->watch); j--) {
             y[j] = end = step_back(&walk, j, end);
         }
         y[0] = 0;

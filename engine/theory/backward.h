@@ -31,7 +31,8 @@ enum bcd_status backward_init(struct backward *backward, const struct model *mod
 
 void backward_fini(struct backward *backward);
 
-/* y[0] = 0; the other rods relative to it. *first = place of rod 0 within its period. */
+/* y[0] = 0; the other rods relative to it. *first = place of rod 0 within its period. When the
+ * watch of the uniforms has ended it, y is no configuration. */
 enum bcd_status backward_draw(const struct backward *backward, double *y, double *first,
                               const struct theory_uniforms *uniforms);
 

@@ -99,6 +99,9 @@ static enum bcd_status init_bump(struct chain *chain, struct scratch *scratch)
     for (size_t d = 0; d <= chain->reach_panels; d++) {
         for (size_t tau = 0; tau < CHAIN_RULE; tau++) {
             double offset = (chain->node[tau] + 1) / 2 * chain->width;
+            if (!model_spend(model, 60 * (double)points.capacity)) {
+                return BCD_OK;
+            }
             double top = offset + (double)d * chain->width;
             const double range[2] = {top - chain->width, top};
             points.count = 0;
@@ -177,13 +180,15 @@ static void multiply_weights(struct chain *chain)
     size_t n = chain->grid->n, nodes = chain->panels * CHAIN_RULE;
     double shift = fmod((double)chain->rods * chain->model->system.diameter, chain->model->period);
     size_t repeat = chain->per_period * CHAIN_RULE;
-    for (size_t node = 0; node < repeat; node++) {
+    double weight_ns = (double)n * model_weight_ns(chain->model), product_ns = (double)n;
+    for (size_t node = 0; node < repeat && model_spend(chain->model, weight_ns); node++) {
         for (size_t i = 0; i < n; i++) {
             chain->table[node * n + i] =
                 model_weight(chain->model, chain->grid->x[i] + shift + gap_at(chain, node));
         }
     }
-    for (size_t node = 0; node < nodes; node++) {
+    double node_ns = product_ns + (repeat ? 0 : weight_ns);
+    for (size_t node = 0; node < nodes && model_spend(chain->model, node_ns); node++) {
         const double *restrict from = chain->value + node * n;
         double *restrict to = chain->product + node * n;
         if (repeat) {
@@ -243,7 +248,9 @@ void chain_step(struct chain *chain)
             chain->delta[i] * model_weight(model, chain->grid->x[i] + shift) / chain->lambda;
         chain->delta[i] = chain->running[i] * model->bond;
     }
-    for (size_t panel = 0; panel < chain->panels; panel++) {
+    double reach = chain->bump ? 1 + (double)chain->reach_panels : 0;
+    double panel_ns = .7 * CHAIN_RULE * CHAIN_RULE * (double)n * (1 + reach);
+    for (size_t panel = 0; panel < chain->panels && model_spend(model, panel_ns); panel++) {
         integrate_panel(chain, panel);
     }
     if (model->bond > 0) {

@@ -37,6 +37,16 @@ double tonks_pair_ring(int64_t particles, double length, double diameter, double
  * error of the quadrature below 1e-9. */
 double single_file_msd(double density, double diameter, double D, double t);
 double single_file_msd_ring(int64_t particles, double length, double diameter, double D, double t);
+/* The same under a watch (may be NULL): seconds where rods are many and times long. NaN when it is
+ * ended. */
+struct single_file {
+    int64_t particles;
+    double length, diameter, D;
+    struct bcd_watch *watch;
+};
+double single_file_msd_watched(const struct single_file *ring, double t);
+/* What it takes, roughly. */
+double single_file_msd_ns(const struct single_file *ring, double t);
 /* sqrt(4 D t/pi) (1 - rho sigma)/rho. */
 double single_file_msd_long(double density, double diameter, double D, double t);
 /* 2 D t/N + ell^2 (N - 1)/(6 N^2): the ring once its rods have been all around. */
@@ -57,6 +67,8 @@ struct one_rod {
     double (*energy)(const void *ctx, double x); /* period `period` */
     const void *ctx;
     double period, kT, D, force;
+    double energy_ns;        /* what one U(x) costs, roughly */
+    struct bcd_watch *watch; /* may be NULL; ends it with BCD_STOPPED */
 };
 
 /* Effective diffusion without force (Lifson, Jackson, J. Chem. Phys. 36, 2410):

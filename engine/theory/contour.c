@@ -49,6 +49,7 @@ static void build_step(struct contour *c, double complex s)
     struct transfer *t = &c->transfer;
     size_t n = t->grid.n;
     c->operations += 20 * (double)(n * n);
+    model_spend(c->model, 2 * (double)(n * n));
     struct kernel_args args = {
         .grid = &t->grid, .measure = &t->all, .diameter = c->model->system.diameter, .s = s};
     kernel_modes(&args, t->mode);
@@ -69,7 +70,9 @@ static void build_step(struct contour *c, double complex s)
 
 static void multiply(struct contour *c, const struct matrix *by)
 {
+    const double product_ns = 1;
     double n = (double)c->step.n;
+    model_spend(c->model, product_ns * n * n * n);
     matrix_multiply(&c->other, &c->power, by);
     swap(&c->other, &c->power);
     c->operations += 4 * n * n * n;
@@ -169,7 +172,7 @@ static bool sum_thetas(struct contour *c)
     enum { LIMIT = 20 }; /* units of 1e9 multiplications: some ten seconds */
     size_t stride = 1 + c->thetas / 256, half = c->thetas / 2;
     for (size_t index = 0; index <= half; index++) {
-        if (c->operations > LIMIT * 1e9) {
+        if (c->operations > LIMIT * 1e9 || watch_ended(c->model->system.watch)) {
             return false;
         }
         bool alive = add_theta(c, index);
@@ -242,7 +245,7 @@ static enum bcd_status integrate(struct contour *c, struct bcd_error *error)
 static enum bcd_status compute(struct theory_result **result, const struct model *model,
                                size_t level, struct bcd_error *error)
 {
-    struct contour c = {.model = model};
+    struct contour c = {.model = model, .scratch = {.watch = model->system.watch}};
     struct theory_result *fresh = NULL;
     enum bcd_status status = prepare(&c, points[level], error);
     status = status ? status : integrate(&c, error);

@@ -10,7 +10,8 @@
 
 void grid_init(struct grid *grid, const struct model *model, struct scratch *scratch, size_t n)
 {
-    *grid = (struct grid){.n = n, .half = n / 2, .period = model->period};
+    *grid = (struct grid){
+        .n = n, .half = n / 2, .period = model->period, .watch = model->system.watch};
     grid->x = scratch_doubles(scratch, n);
     grid->weight = scratch_doubles(scratch, n);
     grid->energy = scratch_doubles(scratch, n);
@@ -43,7 +44,7 @@ void grid_analyse(const struct grid *grid, const double *values, double complex 
 void grid_bins(const struct grid *grid, const double complex *coefficient, double length,
                double *mean, size_t bins)
 {
-    for (size_t bin = 0; bin < bins; bin++) {
+    for (size_t bin = 0; bin < bins && watch_spend(grid->watch, 40 * (double)grid->half); bin++) {
         double width = length / (double)bins, middle = ((double)bin + .5) * width;
         double sum = creal(coefficient[0]);
         for (size_t k = 1; k <= grid->half; k++) {
@@ -80,12 +81,14 @@ void kernel_modes(const struct kernel_args *args, double complex *mode)
     const struct grid *grid = args->grid;
     const struct measure *measure = args->measure;
     double kappa = 2 * PI / grid->period, half = (double)grid->half;
+    watch_spend(grid->watch, 150 * (double)grid->n);
     for (size_t k = 0; k < grid->n; k++) {
         double complex z = args->s - I * kappa * ((double)k - half);
         mode[k] = uniform_part(measure, z, args->moment);
         mode[k] += args->moment == 0 ? measure->delta : 0;
     }
-    for (size_t i = 0; i < measure->count; i++) {
+    double point_ns = 100 + 3 * (double)grid->n;
+    for (size_t i = 0; i < measure->count && watch_spend(grid->watch, point_ns); i++) {
         double g = measure->gap[i], weight = measure->weight[i];
         double complex value = cexp(-(args->s + I * kappa * half) * g) * weight;
         double complex step = cexp(I * kappa * g);
@@ -103,6 +106,7 @@ void kernel_modes(const struct kernel_args *args, double complex *mode)
 void kernel_column(const struct grid *grid, const double complex *mode, double complex *column)
 {
     size_t n = grid->n;
+    watch_spend(grid->watch, 2 * (double)(n * n));
     for (size_t d = 0; d < n; d++) {
         double complex sum = 0;
         size_t turn = (n - grid->half % n) * d % n; /* phase of mode -half */

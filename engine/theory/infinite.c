@@ -10,7 +10,7 @@ static enum bcd_status compute(struct theory_result **result, const struct model
                                size_t level, struct bcd_error *error)
 {
     size_t n = points[level];
-    struct scratch scratch = {0};
+    struct scratch scratch = {.watch = model->system.watch};
     struct transfer transfer;
     struct functionals functionals;
     struct profile profile;

@@ -107,6 +107,9 @@ static void fill_bump(const struct line_tables *tables, double width, struct mea
         double from = -(double)d * tables->width, size = d ? tables->width : width;
         for (size_t tau = 0; tau < LINE_RULE; tau++) {
             double target = (tables->node[tau] + 1) / 2 * width, share[LINE_RULE];
+            if (!model_spend(tables->model, 60 * (double)points->capacity)) {
+                return;
+            }
             const double gaps[2] = {target - (from + size), target - from};
             double *row = table + (d * LINE_RULE + tau) * LINE_RULE;
             points->count = 0;
@@ -188,7 +191,8 @@ void line_multiply(struct line *line)
     const struct line_tables *tables = line->tables;
     const struct model *model = tables->model;
     int64_t rod = line->mirrored ? model->system.particles - 1 - line->rod : line->rod;
-    for (size_t node = 0; node < tables->nodes; node++) {
+    double weight_ns = model_weight_ns(model);
+    for (size_t node = 0; node < tables->nodes && model_spend(model, weight_ns); node++) {
         double t = tables->place[node], y = line->mirrored ? model->free_length - t : t;
         line->product[node] = line->value[node] * line_weight(model, rod, y);
     }
@@ -238,7 +242,10 @@ void line_step(struct line *line)
     const struct line_tables *tables = line->tables;
     line_multiply(line);
     double running = 0, largest = 0;
-    for (size_t panel = 0; panel < tables->panels; panel++) {
+    double sources = tables->bump ? 2 + (double)tables->reach_panels : 1;
+    double panel_ns = LINE_RULE * LINE_RULE * sources;
+    for (size_t panel = 0; panel < tables->panels && model_spend(tables->model, panel_ns);
+         panel++) {
         running = integrate_panel(line, panel, running);
     }
     for (size_t node = 0; node < tables->nodes; node++) {

@@ -124,6 +124,7 @@ static enum bcd_status fold_potential(struct model *model, struct bcd_error *err
     model->period = model->bin_period = system->length / whole;
     enum { SCAN = 4096 };
     model->lowest = INFINITY;
+    model_spend(model, SCAN * model_weight_ns(model));
     for (int i = 0; i < SCAN; i++) {
         double u = system->energy(system->ctx, model->period * i / SCAN);
         if (!isfinite(u)) {
@@ -178,6 +179,7 @@ static enum bcd_status scan_potential(struct model *model, struct bcd_error *err
     const struct theory_system *system = &model->system;
     enum { SCAN = 4096 };
     double room = system->length - system->diameter;
+    model_spend(model, SCAN * model_weight_ns(model));
     model->lowest = INFINITY;
     for (int i = 0; i <= SCAN; i++) {
         double x = system->diameter / 2 + room * i / SCAN;
@@ -220,6 +222,14 @@ enum bcd_status model_init_walls(struct model *model, const struct theory_system
                            model->wanted.tolerance);
     }
     return scan_potential(model, error);
+}
+
+double model_weight_ns(const struct model *model)
+{
+    const double usual = 12, exponential = 8;
+    const struct theory_system *system = &model->system;
+    double energy = system->energy_ns > 0 ? system->energy_ns : usual;
+    return exponential + (system->energy ? energy : 0);
 }
 
 double model_energy(const struct model *model, double x)

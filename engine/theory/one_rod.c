@@ -22,9 +22,13 @@ static enum bcd_status check(const struct one_rod *rod, struct bcd_error *error)
  * <exp(U - highest)>, <exp(lowest - U)>. */
 static double averages(const struct one_rod *rod, size_t points)
 {
+    enum { LOOK = 1024 };
     double lowest = INFINITY, highest = -INFINITY, up = 0, down = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (size_t i = 0; i < points; i++) {
+            if (i % LOOK == 0 && !watch_spend(rod->watch, LOOK * (20 + rod->energy_ns))) {
+                return NAN;
+            }
             double u = rod->energy(rod->ctx, rod->period * (double)i / (double)points) / rod->kT;
             if (pass == 0) {
                 lowest = fmin(lowest, u);
@@ -48,6 +52,9 @@ enum bcd_status lifson_jackson(double *diffusion, const struct one_rod *rod,
     double before = NAN;
     for (size_t points = 64; points <= 1 << 20; points *= 2) {
         double now = averages(rod, points);
+        if (watch_ended(rod->watch)) {
+            return watch_stopped(rod->watch, error);
+        }
         if (fabs(now - before) <= 1e-12 * now) {
             *diffusion = rod->D * now;
             return BCD_OK;
@@ -189,8 +196,11 @@ static enum bcd_status settle(struct tilt *tilt, double *velocity, double *diffu
     const struct one_rod *rod = tilt->rod;
     double before_v = NAN, before_d = NAN;
     for (size_t panels = 8; panels <= PANELS_MAX; panels *= 2) {
-        double mean, cubic;
+        double mean, cubic, point_ns = 2 * RULE * 10 + rod->energy_ns;
         tilt->panels = panels;
+        if (!watch_spend(rod->watch, (double)(panels * RULE) * point_ns)) {
+            return watch_stopped(rod->watch, error);
+        }
         if (!tabulate(tilt)) {
             break;
         }

@@ -8,10 +8,6 @@
 
 enum { RULE = 16 };
 
-/* Values kept for every theta, and values added up for all bins: seconds of them. */
-#define TABLE_MAX 3e7
-#define JOINS_MAX 3e7
-
 /* Rods that can matter within `last`: those that fit, and not many more than are expected. */
 static size_t count_terms(const struct model *model, size_t *most)
 {
@@ -37,13 +33,13 @@ enum bcd_status pairs_init(struct pairs *pairs, const struct transfer *transfer,
     pairs->terms = count_terms(model, &pairs->most);
     double steps = model->wanted.pair_last / model->period * (double)n;
     double size = (steps + 2 * PAIRS_MARGIN) * (double)n * (double)pairs->terms;
-    if (size > TABLE_MAX) {
+    if (size > PAIRS_TABLE_MAX) {
         return theory_fail(error, BCD_INVALID,
                            "a pair distribution up to %g needs too many terms (%zu rods between)",
                            model->wanted.pair_last, pairs->terms);
     }
     double joins = (double)(model->wanted.pair_bins * RULE * n) * (double)pairs->terms;
-    if (joins > JOINS_MAX) {
+    if (joins > PAIRS_JOINS_MAX) {
         return theory_fail(error, BCD_INVALID,
                            "a pair distribution up to %g in %zu bins takes too long (%zu rods "
                            "between)",
@@ -58,7 +54,8 @@ void pairs_add(struct pairs *pairs, size_t j, const struct contribution *c)
 {
     size_t n = c->transfer->grid.n;
     const struct model *model = c->transfer->model;
-    for (size_t step = 0; step < pairs->steps; step++) {
+    double step_ns = 60 + 2 * (double)n;
+    for (size_t step = 0; step < pairs->steps && model_spend(model, step_ns); step++) {
         double r = ((double)step - PAIRS_MARGIN) * model->period / (double)n;
         /* Only the phase: exp(-p g) goes with the chain. */
         double phase = -cimag(c->s) * (r - (double)j * model->system.diameter);
@@ -170,6 +167,10 @@ static double add_term(double *bins, const struct pairs *pairs, const struct cha
     for (size_t bin = bin_of_contact(model, j); bin < wanted->pair_bins; bin++) {
         double sum = 0;
         bin_points_set(&work->points, model, j, bin);
+        double point_ns = 500 + (24 + model_weight_ns(model)) * (double)n;
+        if (!model_spend(model, point_ns * (double)work->points.count)) {
+            return 0;
+        }
         for (size_t k = 0; k < work->points.count; k++) {
             double r = work->points.r[k], gap = r - contact;
             chain_value(chain, gap, work->left);
@@ -209,7 +210,7 @@ enum bcd_status pairs_finish(struct theory_result *result, const struct pairs *p
                            "pair distribution: pressure times distance %g is too large",
                            t->p * wanted->pair_last);
     }
-    if (chain_nodes(model, t->grid.n, args.last) * (double)t->grid.n > TABLE_MAX) {
+    if (chain_nodes(model, t->grid.n, args.last) * (double)t->grid.n > PAIRS_TABLE_MAX) {
         return theory_fail(error, BCD_INVALID, "a pair distribution up to %g takes too long",
                            wanted->pair_last);
     }
@@ -218,7 +219,7 @@ enum bcd_status pairs_finish(struct theory_result *result, const struct pairs *p
         return theory_fail(error, BCD_NO_MEMORY, "pair distribution: out of memory");
     }
     double width = wanted->pair_last / (double)wanted->pair_bins, last = 0, largest = 0;
-    for (size_t j = 1; j <= pairs->terms; j++) {
+    for (size_t j = 1; j <= pairs->terms && !watch_ended(model->system.watch); j++) {
         last = add_term(result->pair, pairs, &chain, &work);
         largest = last > largest ? last : largest;
         if (j < pairs->terms) {

@@ -13,6 +13,10 @@
 
 enum { PAIRS_MARGIN = 8 };
 
+/* Values kept for every theta, and values added up for all bins: seconds of them. */
+#define PAIRS_TABLE_MAX 3e7
+#define PAIRS_JOINS_MAX 3e7
+
 struct pairs {
     const struct transfer *transfer;
     size_t terms, most; /* rods j that are counted; that could be */

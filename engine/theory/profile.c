@@ -58,7 +58,8 @@ static enum bcd_status shifts_init(struct shifts *shifts, const struct measure *
         return BCD_NO_MEMORY;
     }
     double one = 1;
-    for (size_t point = 0; point < points->count; point++) {
+    double place_ns = model_weight_ns(model) * (double)n;
+    for (size_t point = 0; point < points->count && model_spend(model, place_ns); point++) {
         double gap = points->gap[point];
         const struct measure single = {.count = 1, .gap = &gap, .weight = &one};
         struct kernel_args args = {.grid = grid, .measure = &single, .diameter = sigma};
@@ -117,6 +118,7 @@ static void add_diagonal(double *out, const struct contribution *c)
     const struct grid *grid = &c->transfer->grid;
     size_t n = grid->n;
     double complex factor = c->factor / c->transfer->lambda;
+    model_spend(c->transfer->model, 4 * (double)(n * n));
     for (size_t i = 0; i < n; i++) {
         double complex sum = 0;
         for (size_t j = 0; j < n; j++) {
@@ -133,8 +135,9 @@ static void add_points(double *out, const struct contribution *c, const struct m
                        const struct shifts *shifts)
 {
     size_t n = c->transfer->grid.n;
-    double *re = c->transfer->sum, *im = re + n;
-    for (size_t point = 0; point < measure->count; point++) {
+    double *re = c->transfer->sum, *im = re + n, point_ns = .7 * (double)(n * n) + 100;
+    for (size_t point = 0; point < measure->count && model_spend(c->transfer->model, point_ns);
+         point++) {
         const double *column = shifts->column + point * 2 * n + n;
         memset(re, 0, 2 * n * sizeof *re);
         for (size_t j = 0; j < n; j++) {

@@ -2,14 +2,25 @@
  * result.c - results and their refinement to a tolerance (tools.h). */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tools.h"
 
+static size_t windows(const struct theory_wanted *wanted)
+{
+    return wanted->contact_gap > 0 ? wanted->contact_bins : 0;
+}
+
+static size_t values(const struct theory_wanted *wanted)
+{
+    return wanted->density_bins + wanted->contact_bins + windows(wanted) + wanted->pair_bins +
+           wanted->gap_bins;
+}
+
 enum bcd_status result_create(struct theory_result **result, const struct theory_wanted *wanted)
 {
-    size_t contact = wanted->contact_bins, window = wanted->contact_gap > 0 ? contact : 0;
-    size_t total = wanted->density_bins + contact + window + wanted->pair_bins + wanted->gap_bins;
-    struct theory_result *fresh = calloc(1, sizeof *fresh + total * sizeof(double));
+    size_t contact = wanted->contact_bins, window = windows(wanted);
+    struct theory_result *fresh = calloc(1, sizeof *fresh + values(wanted) * sizeof(double));
     if (!fresh) {
         return BCD_NO_MEMORY;
     }
@@ -26,9 +37,31 @@ enum bcd_status result_create(struct theory_result **result, const struct theory
     return BCD_OK;
 }
 
+size_t theory_result_bytes(const struct theory_result *result)
+{
+    return result ? sizeof *result + values(&result->wanted) * sizeof(double) : 0;
+}
+
 void theory_result_free(struct theory_result *result)
 {
     free(result);
+}
+
+enum bcd_status theory_result_copy(struct theory_result **copy, const struct theory_result *from)
+{
+    enum bcd_status status = result_create(copy, &from->wanted);
+    if (status) {
+        return status;
+    }
+    struct theory_result *to = *copy;
+    memcpy(to + 1, from + 1, values(&from->wanted) * sizeof(double));
+    to->energy = from->energy;
+    to->pressure = from->pressure;
+    to->bonded_fraction = from->bonded_fraction;
+    to->error = from->error;
+    to->points = from->points;
+    to->route = from->route;
+    return BCD_OK;
 }
 
 /* Largest difference relative to the largest value, or to `floor` if that is more; NaN in either
@@ -95,6 +128,10 @@ enum bcd_status refine(struct theory_result **result, const struct model *model,
         before = now;
         now = NULL;
         status = how->compute(&now, model, level, error);
+        if (watch_ended(model->system.watch)) {
+            status = watch_stopped(model->system.watch, error);
+            goto cleanup;
+        }
         if (status == BCD_INVALID && level + 1 < how->levels) {
             continue; /* too coarse a grid for anything: the next one may do */
         }

@@ -47,7 +47,10 @@ static void rest_behind(struct ring *ring, double gap)
 static double add_point(struct ring *ring, double *out, double gap, double weight)
 {
     const struct model *model = ring->model;
-    double total = 0;
+    double total = 0, n = (double)ring->grid.n;
+    if (!model_spend(model, (2 * n + 20 + model_weight_ns(model)) * n)) {
+        return 0;
+    }
     rest_behind(ring, gap);
     for (size_t i = 0; i < ring->grid.n; i++) {
         double w = model_weight(model, ring->grid.x[i] + model->system.diameter + gap);
@@ -131,7 +134,7 @@ static enum bcd_status recur(struct ring *ring, struct bcd_error *error)
     int64_t rods = model->system.particles;
     const struct functionals *f = &ring->functionals;
     struct profile *profile = &ring->profile;
-    for (int64_t j = 1; j < rods; j++) {
+    for (int64_t j = 1; j < rods && !watch_ended(model->system.watch); j++) {
         if (j == rods - 1) {
             add_measure(ring, profile->contact, &f->contact);
             if (profile->window) {
@@ -160,7 +163,7 @@ static enum bcd_status recur(struct ring *ring, struct bcd_error *error)
 static enum bcd_status compute(struct theory_result **result, const struct model *model,
                                size_t level, struct bcd_error *error)
 {
-    struct ring ring = {.model = model};
+    struct ring ring = {.model = model, .scratch = {.watch = model->system.watch}};
     struct theory_result *fresh = NULL;
     enum bcd_status status = prepare(&ring, points[level], error);
     status = status ? status : recur(&ring, error);
@@ -214,12 +217,13 @@ enum bcd_status theory_canonical(struct theory_result **result, const struct the
     struct bcd_error first = {0}, second = {0};
     enum bcd_status status = few ? theory_chain(result, system, wanted, &first)
                                  : theory_contour(result, system, wanted, &first);
-    if (status == BCD_INVALID && system->particles > 1) {
+    bool again = status == BCD_INVALID && system->particles > 1;
+    if (again) {
         status = few ? theory_contour(result, system, wanted, &second)
                      : theory_chain(result, system, wanted, &second);
     }
     if (status && error) {
-        *error = first;
+        *error = again && status == BCD_STOPPED ? second : first;
         error->code = status;
     }
     return status;

@@ -71,7 +71,8 @@ struct series {
 static void series_table(const struct series *series, struct table *table)
 {
     double kappa = 2 * PI / series->grid->period;
-    for (size_t i = 0; i < POINTS; i++) {
+    double place_ns = 50 + 12 * (double)series->grid->half;
+    for (size_t i = 0; i < POINTS && watch_spend(series->grid->watch, place_ns); i++) {
         double x = series->grid->period * (double)i / POINTS + series->shift, sum = 0;
         double complex step = cexp(I * kappa * x), wave = 1;
         for (size_t k = 0; k <= series->grid->half; k++) {
@@ -106,7 +107,7 @@ static void window_bound(const struct theory_sampler *s, const struct table *tab
 {
     long cells = (long)(s->model.reach / s->model.period * POINTS) + 3;
     cells = cells < POINTS ? cells : POINTS;
-    for (long i = 0; i < POINTS; i++) {
+    for (long i = 0; i < POINTS && model_spend(&s->model, 2 * (double)cells); i++) {
         double largest = 0;
         for (long d = -2; d <= cells; d++) {
             long at = ((i + sign * d) % POINTS + POINTS) % POINTS;
@@ -250,7 +251,7 @@ static enum bcd_status fill(struct theory_sampler *s, struct bcd_error *error)
 {
     static const size_t points[] = {35, 53, 79, 119, 179, 269, 405};
     for (size_t level = 0; level < sizeof points / sizeof *points; level++) {
-        struct scratch scratch = {0};
+        struct scratch scratch = {.watch = s->model.system.watch};
         struct transfer t;
         enum bcd_status status = transfer_init(&t, &s->model, &scratch, points[level], error);
         double complex *coefficient = scratch_complex(&scratch, points[level]);
@@ -267,6 +268,9 @@ static enum bcd_status fill(struct theory_sampler *s, struct bcd_error *error)
             fill_ramps(s, &t);
         }
         scratch_free(&scratch);
+        if (watch_ended(s->model.system.watch)) {
+            return watch_stopped(s->model.system.watch, error);
+        }
         if (good) {
             return BCD_OK;
         }
@@ -283,7 +287,17 @@ struct draw {
     const struct theory_uniforms *uniforms;
     double *y;
     int64_t placed; /* rods placed so far in all attempts */
+    int64_t told;   /* those that the watch knows of */
+    struct bcd_watch *watch;
 };
+
+/* False when the draw is to end, with any configuration. */
+static bool go_on(struct draw *d)
+{
+    int64_t news = d->placed - d->told;
+    d->told = d->placed;
+    return watch_spend(d->watch, THEORY_PLACED_NS * (double)news);
+}
 
 static double uniform(struct draw *d)
 {
@@ -305,7 +319,8 @@ static double bond_gap(struct draw *d, double x, int sign)
         double gap = pair->range * (1 - pow(uniform(d), 1 / (pair->exponent + 1)));
         double value = exp(-s->p * gap) * table_at(s, next, contact + sign * gap);
         d->placed++;
-        if (uniform(d) * most < value || d->placed > BUDGET) {
+        bool enough = d->placed > BUDGET || (d->placed % 16384 == 0 && !go_on(d));
+        if (uniform(d) * most < value || enough) {
             return gap;
         }
     }
@@ -396,15 +411,15 @@ static enum bcd_status try_closing(const struct theory_sampler *s, double *place
 {
     enum { TRIAL = 3000000, RINGS = 3 };
     uint64_t state = 1;
-    const struct theory_uniforms uniforms = {trial_uniform, &state};
-    struct draw draw = {.s = s, .uniforms = &uniforms};
+    const struct theory_uniforms uniforms = {.next = trial_uniform, .ctx = &state};
+    struct draw draw = {.s = s, .uniforms = &uniforms, .watch = s->model.system.watch};
     draw.y = calloc((size_t)s->model.system.particles, sizeof *draw.y);
     if (!draw.y) {
         return BCD_NO_MEMORY;
     }
     int rings = 0;
     double first;
-    while (rings < RINGS && draw.placed < RINGS * TRIAL) {
+    while (rings < RINGS && draw.placed < RINGS * TRIAL && go_on(&draw)) {
         rings += attempt(&draw, &first);
     }
     free(draw.y);
@@ -426,6 +441,9 @@ static enum bcd_status choose(struct theory_sampler *s, struct bcd_error *error)
                     "equilibrium draw: chains of %lld rods do not close to a ring often enough",
                     (long long)s->model.system.particles);
     }
+    if (watch_ended(s->model.system.watch)) {
+        return watch_stopped(s->model.system.watch, error);
+    }
     if (status == BCD_NO_MEMORY) {
         return theory_fail(error, status, "out of memory");
     }
@@ -440,7 +458,7 @@ static enum bcd_status choose(struct theory_sampler *s, struct bcd_error *error)
         return BCD_OK;
     }
     if (status && error) {
-        *error = status == BCD_NO_MEMORY ? second : first;
+        *error = status == BCD_INVALID ? first : second;
     }
     return status;
 }
@@ -459,6 +477,7 @@ static enum bcd_status create_walls(struct theory_sampler **sampler,
         theory_sampler_free(fresh);
         return status;
     }
+    fresh->model.system.watch = NULL; /* borrowed until here */
     *sampler = fresh;
     return BCD_OK;
 }
@@ -490,6 +509,7 @@ enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
         theory_sampler_free(fresh);
         return status;
     }
+    fresh->model.system.watch = NULL; /* borrowed until here */
     fresh->periods = round(system->length / fresh->model.period);
     *sampler = fresh;
     return BCD_OK;
@@ -528,7 +548,7 @@ static void place_in_walls(const struct theory_sampler *s, double *y)
 enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
                                     const struct theory_uniforms *uniforms, struct bcd_error *error)
 {
-    struct draw draw = {.s = sampler, .uniforms = uniforms, .y = y};
+    struct draw draw = {.s = sampler, .uniforms = uniforms, .y = y, .watch = uniforms->watch};
     double first;
     if (sampler->model.system.walls) {
         enum bcd_status status = walls_draw(&sampler->walls, y, uniforms, error);
@@ -538,17 +558,21 @@ enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double
         return status;
     }
     if (sampler->by_recursion) {
-        if (backward_draw(&sampler->backward, y, &first, uniforms)) {
+        if (backward_draw(&sampler->backward, y, &first, uniforms) &&
+            !watch_ended(uniforms->watch)) {
             return theory_fail(error, BCD_NO_MEMORY, "out of memory");
         }
     }
-    while (!sampler->by_recursion && !attempt(&draw, &first)) {
+    while (!sampler->by_recursion && !attempt(&draw, &first) && go_on(&draw)) {
         if (draw.placed > BUDGET) {
             return theory_fail(error, BCD_INVALID,
                                "equilibrium draw: no ring of %lld rods closed within %d rods "
                                "placed",
                                (long long)sampler->model.system.particles, BUDGET);
         }
+    }
+    if (watch_ended(uniforms->watch)) {
+        return watch_stopped(uniforms->watch, error);
     }
     double turn = floor(uniform(&draw) * sampler->periods);
     place(sampler, y, first, turn);

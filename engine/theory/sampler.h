@@ -31,16 +31,19 @@
 
 #include "theory.h"
 
+#define THEORY_PLACED_NS 400. /* nominal, of one rod placed */
+
 /* Uniform deviates within (0, 1), both ends excluded. */
 struct theory_uniforms {
     double (*next)(void *ctx);
     void *ctx;
+    struct bcd_watch *watch; /* over the draw; may be NULL */
 };
 
 struct theory_sampler;
 
-/* Tables only: immutable, may be shared. Takes up to some seconds. Refused in words when neither
- * way of drawing works. */
+/* Tables only: immutable, may be shared. Takes up to some seconds, under the system's watch, which
+ * it forgets. Refused in words when neither way of drawing works. */
 enum bcd_status theory_sampler_create(struct theory_sampler **sampler,
                                       const struct theory_system *system, struct bcd_error *error);
 void theory_sampler_free(struct theory_sampler *sampler);
@@ -50,7 +53,8 @@ void theory_sampler_free(struct theory_sampler *sampler);
  * any rod, all alike. Between walls sigma/2 <= y_0 <= ... <= y_{N-1} <= sigma/2 + ell.
  * The same uniforms give the same configuration; on machines whose exp and log
  * differ in the last bit, all but once in some 1e6 rods. Refused (BCD_INVALID) when no
- * ring closes within a budget of 2e8 rods placed: y then holds no configuration. */
+ * ring closes within a budget of 2e8 rods placed: y then holds no configuration; nor when the watch
+ * of the uniforms stops it. */
 enum bcd_status theory_sampler_draw(const struct theory_sampler *sampler, double *y,
                                     const struct theory_uniforms *uniforms,
                                     struct bcd_error *error);

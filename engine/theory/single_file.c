@@ -50,6 +50,7 @@ struct file {
     double density;        /* of points; infinite line */
     double particles, ell; /* ring; particles = 0: infinite line */
     double four_t;         /* 4 D t */
+    struct bcd_watch *watch;
 };
 
 static double tail_line(const struct file *file, double x)
@@ -105,6 +106,9 @@ static double tail_ring(const struct file *file, double x)
     }
     double m = ceil(10 * sqrt(file->particles * mean_square) + 2 * w.reach + 24);
     m += ceil(file->particles * x / file->ell);
+    if (!watch_spend(file->watch, m * (180 + 12 * (double)w.reach))) {
+        return NAN;
+    }
     double sum = m / (2 * m + 1); /* angle 0 */
     for (double a = 1; a <= m; a++) {
         double phi = 2 * PI * a / (2 * m + 1);
@@ -167,17 +171,42 @@ double single_file_msd_ring_late(int64_t particles, double length, double diamet
 
 double single_file_msd_ring(int64_t particles, double length, double diameter, double D, double t)
 {
-    double late = single_file_msd_ring_late(particles, length, diameter, D, t);
+    const struct single_file ring = {particles, length, diameter, D, NULL};
+    return single_file_msd_watched(&ring, t);
+}
+
+double single_file_msd_watched(const struct single_file *ring, double t)
+{
+    double length = ring->length, diameter = ring->diameter, D = ring->D;
+    double late = single_file_msd_ring_late(ring->particles, length, diameter, D, t);
     if (isnan(late) || t == 0 || D == 0) {
         return isnan(late) ? NAN : 0;
     }
-    double n = (double)particles, density = n / length, ell = length - n * diameter;
+    double n = (double)ring->particles, density = n / length, ell = length - n * diameter;
     if (D * t > ell * ell) {
         return late; /* up to exp(-4 pi^2 D t/ell^2) */
     }
-    struct file file = {.particles = n, .ell = ell, .four_t = 4 * D * t};
+    struct file file = {.particles = n, .ell = ell, .four_t = 4 * D * t, .watch = ring->watch};
     double middle = single_file_msd_long(density, diameter, D, t) + 2 * D * t / n;
     return integrate(&file, sqrt(fmin(fmin(2 * D * t, middle), late)));
+}
+
+/* Of tail_ring at half the range of x. */
+double single_file_msd_ns(const struct single_file *ring, double t)
+{
+    double n = (double)ring->particles, ell = ring->length - n * ring->diameter;
+    double spread = ring->D * t / (ell * ell);
+    if (!(spread > 0) || spread > 1) {
+        return 100;
+    }
+    double length = ring->length, diameter = ring->diameter, D = ring->D;
+    double late = single_file_msd_ring_late(ring->particles, length, diameter, D, t);
+    double middle = single_file_msd_long(n / length, diameter, D, t);
+    double x = 7 * sqrt(fmin(fmin(2 * ring->D * t, middle + 2 * ring->D * t / n), late)) / ell;
+    double reach = fmin(ceil(x + 14 * sqrt(spread)) + 1, REACH_MAX);
+    double square = sqrt(4 * spread / PI) + x; /* of one's windings, where they are few */
+    double angles = 10 * sqrt(n * fmin(square, 2 * spread + x * x)) + 2 * reach + 24 + n * x;
+    return RULE * PANELS * (angles * (180 + 12 * reach) + 300 * reach);
 }
 
 double single_file_msd_short(double density, double contact, double D, double t)

@@ -26,8 +26,8 @@
  *
  * UNITS    the user's own: lengths, energies. Densities are per unit length.
  * MEMORY   results are owned by the caller and ended with theory_result_free, which accepts NULL.
- * ERRORS   BCD_INVALID: no exact reference, or not to the tolerance; BCD_NO_MEMORY. The text says
- *          why. Outputs are untouched on failure.
+ * ERRORS   BCD_INVALID: no exact reference, or not to the tolerance; BCD_NO_MEMORY; BCD_STOPPED by
+ *          the system's watch. The text says why. Outputs are untouched on failure.
  * THREADS  no globals; every call stands alone.
  */
 #ifndef THEORY_H
@@ -64,6 +64,9 @@ struct theory_system {
     const void *ctx;
     double force; /* on every rod, between walls: the weight is that of U - f x, the energy U's */
     struct theory_pair pair;
+    double energy_ns;        /* what one U(x) costs, roughly; 0: as a cosine */
+    double curvature;        /* max |U''|, for estimates of costs alone */
+    struct bcd_watch *watch; /* borrowed while something is computed; may be NULL */
 };
 
 /* What is wanted; a count of 0 leaves a profile out. Bins divide one period (without a potential:
@@ -109,6 +112,8 @@ struct theory_result {
 };
 
 void theory_result_free(struct theory_result *result);
+size_t theory_result_bytes(const struct theory_result *result); /* 0 of NULL */
+enum bcd_status theory_result_copy(struct theory_result **copy, const struct theory_result *from);
 
 /* The infinite system at mean density N/L: leading eigenvectors of the transfer operator. */
 enum bcd_status theory_infinite(struct theory_result **result, const struct theory_system *system,

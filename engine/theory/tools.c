@@ -24,6 +24,7 @@ enum bcd_status theory_fail(struct bcd_error *error, enum bcd_status code, const
 
 struct scratch_block {
     struct scratch_block *next;
+    size_t bytes;
     max_align_t data[];
 };
 
@@ -31,13 +32,15 @@ void *scratch_bytes(struct scratch *scratch, size_t bytes)
 {
     enum { LIMIT = 1 << 30 }; /* no computation here needs a gigabyte in one block */
     struct scratch_block *block = NULL;
-    if (bytes <= LIMIT) {
+    if (watch_take(scratch->watch, (double)bytes) && bytes <= LIMIT) {
         block = calloc(1, sizeof *block + bytes + 1);
     }
     if (!block) {
+        watch_take(scratch->watch, -(double)bytes);
         scratch->failed = true;
         return NULL;
     }
+    block->bytes = bytes;
     block->next = scratch->blocks;
     scratch->blocks = block;
     return block->data;
@@ -58,6 +61,7 @@ void scratch_free(struct scratch *scratch)
     struct scratch_block *block = scratch->blocks;
     while (block) {
         struct scratch_block *next = block->next;
+        watch_take(scratch->watch, -(double)block->bytes);
         free(block);
         block = next;
     }

@@ -6,6 +6,7 @@
 #include <complex.h>
 #include <stdbool.h>
 
+#include "../watch.h"
 #include "theory.h"
 
 #define PI 3.14159265358979323846
@@ -20,6 +21,7 @@ struct scratch_block;
 struct scratch {
     struct scratch_block *blocks;
     bool failed;
+    struct bcd_watch *watch; /* told of every block; may be NULL */
 };
 double *scratch_doubles(struct scratch *scratch, size_t count);
 double complex *scratch_complex(struct scratch *scratch, size_t count);
@@ -51,6 +53,14 @@ enum bcd_status model_init(struct model *model, const struct theory_system *syst
 /* The same between walls: period = system.period or L, bin_period = L; model_init refuses walls. */
 enum bcd_status model_init_walls(struct model *model, const struct theory_system *system,
                                  const struct theory_wanted *wanted, struct bcd_error *error);
+/* Nominal ns of one Boltzmann factor. */
+double model_weight_ns(const struct model *model);
+/* Counts ns; false: whatever is being computed is to end, with any values: its caller's caller,
+ * refine or another that answers, makes BCD_STOPPED of it. */
+static inline bool model_spend(const struct model *model, double ns)
+{
+    return watch_spend(model->system.watch, ns);
+}
 double model_energy(const struct model *model, double x);
 /* exp(-(U - lowest)/kT), with a force U - f x in U's place. */
 double model_weight(const struct model *model, double x);
@@ -78,6 +88,7 @@ struct grid {
     double period;
     double *x, *weight, *energy; /* [n] */
     double complex *root;        /* [n] exp(2 pi i j / n) */
+    struct bcd_watch *watch;     /* the model's; may be NULL */
 };
 void grid_init(struct grid *grid, const struct model *model, struct scratch *scratch, size_t n);
 /* Fourier coefficients c_k, k = 0 .. half, of a real function: f = sum_k c_k exp(i kappa_k x). */
@@ -113,9 +124,9 @@ enum bcd_status result_create(struct theory_result **result, const struct theory
 double result_distance(const struct theory_result *a, const struct theory_result *b,
                        const struct model *model);
 
-/* Computes on finer and finer grids until two in a row agree. compute returns BCD_INVALID when its
- * grid is too coarse, BCD_INTERNAL when finer ones would be of no use, both with a text for the
- * caller. */
+/* Computes on finer and finer grids until two in a row agree, or the watch ends it. compute returns
+ * BCD_INVALID when its grid is too coarse, BCD_INTERNAL when finer ones would be of no use, both
+ * with a text for the caller. */
 struct refinement {
     enum bcd_status (*compute)(struct theory_result **result, const struct model *model,
                                size_t level, struct bcd_error *error);

@@ -94,7 +94,8 @@ static void multiply_transposed(size_t n, const double *matrix, const double *v,
 static void power_iterations(struct transfer *t, int count)
 {
     size_t n = t->grid.n;
-    for (int turn = 0; turn < count; turn++) {
+    double turn_ns = 1.5 * (double)(n * n);
+    for (int turn = 0; turn < count && model_spend(t->model, turn_ns); turn++) {
         multiply(n, t->matrix, t->right, t->work);
         memcpy(t->right, t->work, n * sizeof(double));
         normalise(n, t->right);
@@ -108,8 +109,8 @@ static void power_iterations(struct transfer *t, int count)
 static double rayleigh_iterations(struct transfer *t, double *shifted)
 {
     size_t n = t->grid.n;
-    double residual = INFINITY;
-    for (int turn = 0; turn < 12; turn++) {
+    double residual = INFINITY, turn_ns = (.25 * (double)n + 5) * (double)(n * n);
+    for (int turn = 0; turn < 12 && model_spend(t->model, turn_ns); turn++) {
         multiply(n, t->matrix, t->right, t->work);
         t->lambda = dot(n, t->left, t->work) / dot(n, t->left, t->right);
         double now = 0;
@@ -188,6 +189,9 @@ static enum bcd_status solve_pressure(struct transfer *t, double *shifted, struc
     double enough = t->model->any_pressure ? .02 / sqrt((double)t->model->system.particles) : 0;
     for (int turn = 0; turn < 100; turn++) {
         double mean_gap;
+        if (watch_ended(t->model->system.watch)) {
+            return watch_stopped(t->model->system.watch, error);
+        }
         if (solve_at(t, exp(x), shifted, &mean_gap)) {
             return theory_fail(error, BCD_INVALID,
                                "transfer operator: no positive eigenvectors on %zu points per "

@@ -159,6 +159,19 @@ static void look_at(struct walls *walls, int64_t rod, size_t at, double y)
     }
 }
 
+/* Four interpolations; a window is a sum of them. */
+static double place_ns(const struct walls *walls)
+{
+    const struct model *model = walls->model;
+    const double each = 55;
+    double windows = model->wanted.contact_bins > 0 ? model->wanted.contact_gap : 0;
+    bool sticky = model->system.pair.kind == THEORY_STICKY;
+    double panels = (windows > 0 ? 1 + windows / walls->tables.width : 0) +
+                    (sticky ? 1 + model->reach / walls->tables.width : 0);
+    double bumps = model->reach > 0 ? 2 : 1;
+    return 4 * each + model_weight_ns(model) + panels * bumps * BUMP_RULE * each;
+}
+
 static void visit_places(struct walls *walls, int64_t rod)
 {
     const struct model *model = walls->model;
@@ -168,6 +181,9 @@ static void visit_places(struct walls *walls, int64_t rod)
     find_edges(walls, rod);
     for (size_t cell = 0; cell + 1 < places->edges; cell++) {
         double from = places->edge[cell], half = (places->edge[cell + 1] - from) / 2;
+        if (!model_spend(model, LINE_RULE * place_ns(walls))) {
+            return;
+        }
         for (size_t i = 0; i < LINE_RULE && half > 0; i++) {
             size_t at = places->count++;
             double y = from + half * (1 + walls->tables.node[i]);
@@ -299,13 +315,14 @@ static enum bcd_status recur(struct walls *walls, struct bcd_error *error)
 {
     int64_t rods = walls->model->system.particles;
     size_t nodes = walls->tables.nodes;
-    for (int64_t i = 0; i < rods; i++) {
+    struct bcd_watch *watch = walls->model->system.watch;
+    for (int64_t i = 0; i < rods && !watch_ended(watch); i++) {
         if (i > 0) {
             line_step(&walls->left);
         }
         memcpy(walls->kept + (size_t)i * nodes, walls->left.value, nodes * sizeof(double));
     }
-    for (int64_t i = rods - 1; i >= 0; i--) {
+    for (int64_t i = rods - 1; i >= 0 && !watch_ended(watch); i--) {
         if (i + 1 < rods) {
             line_step(&walls->right);
         }
@@ -323,7 +340,7 @@ static enum bcd_status recur(struct walls *walls, struct bcd_error *error)
 static enum bcd_status compute(struct theory_result **result, const struct model *model,
                                size_t level, struct bcd_error *error)
 {
-    struct walls walls = {.model = model};
+    struct walls walls = {.model = model, .scratch = {.watch = model->system.watch}};
     double width = panel_width(model, level);
     enum bcd_status status = check_cost(model, width, error);
     status = status ? status : prepare(&walls, width, error);

@@ -52,7 +52,7 @@ static enum bcd_status fill(struct walls_draw *draw)
     if (line_init(&line, tables, false, &draw->scratch)) {
         return BCD_NO_MEMORY;
     }
-    for (size_t i = 0; i < rods; i++) {
+    for (size_t i = 0; i < rods && !watch_ended(draw->model->system.watch); i++) {
         double *sum = draw->sum + i * (tables->panels + 1);
         if (i > 0) {
             line_step(&line);
@@ -73,7 +73,7 @@ static enum bcd_status fill(struct walls_draw *draw)
 enum bcd_status walls_draw_init(struct walls_draw *draw, const struct model *model,
                                 struct bcd_error *error)
 {
-    *draw = (struct walls_draw){.model = model};
+    *draw = (struct walls_draw){.model = model, .scratch = {.watch = model->system.watch}};
     double width;
     enum bcd_status status = find_width(&width, model, error);
     if (status) {
@@ -81,9 +81,10 @@ enum bcd_status walls_draw_init(struct walls_draw *draw, const struct model *mod
     }
     draw->most = model->system.pair.kind == THEORY_ENERGY ? largest_factor(model) : 1;
     if (line_tables_init(&draw->tables, model, width, &draw->scratch) || fill(draw)) {
-        return theory_fail(error, BCD_NO_MEMORY, "out of memory");
+        status = theory_fail(error, BCD_NO_MEMORY, "out of memory");
     }
-    return BCD_OK;
+    draw->scratch.watch = NULL; /* borrowed until here */
+    return watch_ended(model->system.watch) ? watch_stopped(model->system.watch, error) : status;
 }
 
 void walls_draw_fini(struct walls_draw *draw)

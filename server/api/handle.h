@@ -15,7 +15,10 @@ typedef void handler(const struct service *service, const struct call *call, str
 
 /* handle_jobs.c */
 handler handle_jobs_submit, handle_jobs_get, handle_jobs_attempts, handle_jobs_cancel;
-handler handle_jobs_estimate, handle_jobs_theory;
+handler handle_jobs_estimate;
+
+/* handle_theory.c */
+handler handle_theory;
 
 /* handle_find.c */
 handler handle_jobs_list;

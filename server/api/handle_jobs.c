@@ -8,7 +8,6 @@
 #include "request_check.h"
 #include "store_audit.h"
 #include "store_jobs.h"
-#include "theory_print.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -54,8 +53,8 @@ void handle_jobs_submit(const struct service *service, const struct call *call, 
     if (!request_check_key(call->request, reply) ||
         !job_request_read(call->request, &scene, &ticket, reply))
         return;
-    bcd_scene_estimate(scene, &estimate);
-    job_admit_check(&estimate, &errors);
+    calibration_estimate(NULL, scene, &estimate);
+    job_admit_check(queue_limits(service->queue), &estimate, &errors);
     if (errors.count > 0) {
         char more[512];
         char *print = job_request_print_estimate(service, scene, NULL);
@@ -215,22 +214,6 @@ void handle_jobs_estimate(const struct service *service, const struct call *call
     if (job_request_read(call->request, &scene, &ticket, reply))
         reply_json_take(reply, job_request_print_estimate(service, scene, &ticket));
     ticket_fini(&ticket);
-    bcd_scene_free(scene);
-}
-
-/* Takes up to seconds on a thread that has other connections to serve: one at a time. */
-void handle_jobs_theory(const struct service *service, const struct call *call, struct reply *reply)
-{
-    struct bcd_scene *scene = NULL;
-    if (!job_request_read(call->request, &scene, NULL, reply))
-        return;
-    if (service->theory && atomic_flag_test_and_set(service->theory)) {
-        reply_problem(reply, PROBLEM_BUSY, "another theory is being computed: try again");
-    } else {
-        reply_json_take(reply, theory_print(scene));
-        if (service->theory)
-            atomic_flag_clear(service->theory);
-    }
     bcd_scene_free(scene);
 }
 

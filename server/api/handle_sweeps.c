@@ -40,8 +40,7 @@ void handle_sweeps_submit(const struct service *service, const struct call *call
         reply_bcd(reply, status, &errors);
         return;
     }
-    struct sweep_make *make =
-        sweep_make_create(sweep, queue_calibration(service->queue), ticket.owner);
+    struct sweep_make *make = sweep_make_create(sweep, service->queue, ticket.owner);
     if (sound(make, reply)) {
         struct sweep_new kept = {.ticket = &ticket,
                                  .by = &call->identity,
@@ -228,8 +227,7 @@ static void extend(const struct service *service, const struct call *call,
 {
     struct sweep_record grown = {0};
     struct quota_need need = {{0}};
-    struct sweep_make *make =
-        sweep_make_create(sweep, queue_calibration(service->queue), record->ticket.owner);
+    struct sweep_make *make = sweep_make_create(sweep, service->queue, record->ticket.owner);
     char *axes = sweep_json_axes(sweep);
     enum store_status status = STORE_BROKEN;
     if (!sound(make, reply))

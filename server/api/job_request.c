@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "job_request.h"
+#include "limits.h"
 #include "people_json.h"
 #include "record_json.h"
 #include "reply.h"
@@ -10,6 +11,8 @@
 #include <stdlib.h>
 #include <time.h>
 
+static enum bcd_status prepare(struct bcd_scene *scene, struct ticket *ticket,
+                               struct bcd_watch *watch, struct bcd_errors *errors);
 static int64_t now_ms(void);
 
 bool job_request_read(const struct request *request, struct bcd_scene **scene,
@@ -18,20 +21,37 @@ bool job_request_read(const struct request *request, struct bcd_scene **scene,
     struct bcd_errors errors = {0};
     if (!request_check_json(request, reply))
         return false;
-    enum bcd_status status =
-        ticket ? scene_json_parse_ticket(request->body, request->body_size, scene, ticket, &errors)
-               : scene_json_parse(request->body, request->body_size, scene, &errors);
+    struct ticket own = {0};
+    struct bcd_watch watch = {.seconds_max = LIMIT_PREPARE_SECONDS_MAX};
+    enum bcd_status status = scene_json_complete_ticket(request->body, request->body_size, scene,
+                                                        ticket ? ticket : &own, &errors);
+    if (status == BCD_OK)
+        status = prepare(*scene, ticket, &watch, &errors);
+    ticket_fini(&own);
     if (status != BCD_OK)
         reply_bcd(reply, status, &errors);
     return status == BCD_OK;
 }
 
+/* On failure the scene is gone, and so is what the ticket was given. */
+static enum bcd_status prepare(struct bcd_scene *scene, struct ticket *ticket,
+                               struct bcd_watch *watch, struct bcd_errors *errors)
+{
+    struct bcd_errors faults = {0};
+    enum bcd_status status = bcd_scene_prepare(scene, watch, &faults);
+    if (status == BCD_OK || status == BCD_STOPPED)
+        return BCD_OK;
+    *errors = faults;
+    bcd_scene_free(scene);
+    if (ticket)
+        ticket_fini(ticket);
+    return status;
+}
+
 void job_request_estimate(const struct service *service, const struct bcd_scene *scene,
                           struct bcd_estimate *estimate)
 {
-    bcd_scene_estimate(scene, estimate);
-    estimate->core_seconds *=
-        calibration_factor(queue_calibration(service->queue), calibration_method(scene), NULL);
+    calibration_estimate(queue_calibration(service->queue), scene, estimate);
 }
 
 char *job_request_print_estimate(const struct service *service, const struct bcd_scene *scene,

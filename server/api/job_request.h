@@ -9,7 +9,9 @@
 #include "bcd.h"
 #include "service.h"
 
-/* The body as a finished scene; false with the reply filled when it is none. ticket may be NULL. */
+/* The body as a completed scene; false with the reply filled when it is none. ticket may be NULL.
+ * Whether its equilibrium starts can be drawn, if it has such, is left to the start of the job
+ * where it would take more than LIMIT_PREPARE_SECONDS_MAX to find out. */
 bool job_request_read(const struct request *request, struct bcd_scene **scene,
                       struct ticket *ticket, struct reply *reply);
 

@@ -202,12 +202,13 @@ static const struct route routes[] = {
     {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
      "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{200, JSON, "Estimate"}}},
-    {"POST", "/v1/theory", ROLE_READER, handle_jobs_theory, "computeTheory",
+    {"POST", "/v1/theory", ROLE_READER, handle_theory, "computeTheory",
      "a job's exact references",
      "For each observable the values on its own bins or lags: theory is the system of N rods, "
-     "infinite the one at the same density. One at a time, others get 503.",
+     "infinite the one at the same density. One at a time, others get 503. What would take too "
+     "long is null, with the reason.",
      .body = "Job", .example = EXAMPLE_JOB,
-     .answers = {{200, JSON, "Theory"}}},
+     .answers = {{200, JSON, "Theory"}}, .problems = P(TOO_COSTLY)},
     {"GET", WORK, ROLE_READER, handle_reports_json, "getWorkPrecision",
      "error against run time on this machine",
      "202 while it is being measured, which the first request begins.", .query = report_query,

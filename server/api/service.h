@@ -13,6 +13,7 @@
 #include "report_keeper.h"
 #include "store_jobs.h"
 #include "store_owners.h"
+#include "theory_keeper.h"
 #include "worker.h"
 
 #include <stdatomic.h>
@@ -32,7 +33,7 @@ struct service {
     struct aside *drawing; /* the same for long requests that write nothing */
     struct access *access; /* NULL = everybody is OWNER_LOCAL, and may do everything */
     struct feed *feed;
-    atomic_flag *theory;                   /* set while one is computed; NULL = no limit */
+    struct theory_keeper *theories;        /* NULL = none are computed on request */
     atomic_flag *backup;                   /* set while one is made or sent; NULL = no limit */
     const struct description *description; /* NULL = made anew each time */
     struct stream_counts *streams;         /* open ones by owner; NULL = not counted */

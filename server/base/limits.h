@@ -70,6 +70,8 @@ enum {
     LIMIT_SQL_HEAP_BYTES_MAX = 1 << 30,    /* all that a question holds at a time */
     LIMIT_SQL_PATTERN_BYTES_MAX = 1000,    /* of LIKE and GLOB */
     LIMIT_SQL_GRACE_MS = 1000,             /* past --timeout: one costly function may be at work */
+    LIMIT_THEORIES_KEPT = 64,              /* exact equilibria, for other jobs of the same system */
+    LIMIT_THEORY_LEFT_MS = 500,            /* nobody waits for a theory any more: it is ended */
 };
 
 /* What a finished job leaves behind for others of its family. */
@@ -83,6 +85,23 @@ enum {
 #define LIMIT_RESULT_BYTES_MAX 64e6   /* all tables of one job */
 #define LIMIT_DISK_BYTES_MAX 2e9      /* the same, and the parts of one that runs */
 #define LIMIT_CORE_SECONDS_MAX 3.2e7  /* one core for a year */
+
+/* Exact theory, in core seconds of a nominal machine, which are counted and not measured: what is
+ * beyond is left out, the same everywhere. */
+#define LIMIT_THEORY_SECONDS_MAX 30.        /* of one job */
+#define LIMIT_THEORY_ANSWER_SECONDS_MAX 10. /* of one POST /v1/theory */
+#define LIMIT_THEORY_ANSWER_BYTES_MAX 16e6  /* its tables */
+#define LIMIT_THEORIES_BYTES_MAX 32e6       /* of all that are kept */
+
+/* How equilibrium starts are drawn, in the same seconds: looked for at the submission, else left to
+ * the start of the job. */
+#define LIMIT_PREPARE_SECONDS_MAX 1.
+#define LIMIT_START_SECONDS_MAX 60.
+
+/* A part of a job that has used more than so many times its estimate, and so many core seconds
+ * more, is stopped, and the job failed: --overrun-factor, --overrun-seconds. */
+#define LIMIT_OVERRUN_FACTOR 10.
+#define LIMIT_OVERRUN_SECONDS 60.
 
 /* Quotas of an owner who was given no others: PUT /v1/owners/OWNER. */
 #define LIMIT_OWNER_QUEUED_MAX 1000000

@@ -474,7 +474,7 @@ static int add_panels(struct report *report, const struct bcd_scene *scene,
 {
     const struct report_figure *figure = report->sheet.figure;
     struct bcd_theory *theory = NULL;
-    enum bcd_status status = bcd_theory_create(&theory, scene, BCD_THEORY_RING);
+    enum bcd_status status = bcd_theory_create(&theory, scene, BCD_THEORY_RING, NULL, NULL);
     int written = CLI_OK;
     for (size_t i = 0; i < REPORT_OBSERVABLES_MAX && figure->observable[i]; i++) {
         struct bcd_table *table = NULL;

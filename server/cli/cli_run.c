@@ -63,7 +63,7 @@ static char *checked(const struct bcd_scene *scene)
     struct bcd_estimate estimate;
     unsigned char hash[JOB_HASH_SIZE];
     struct text text = {0};
-    bcd_scene_estimate(scene, &estimate);
+    calibration_estimate(NULL, scene, &estimate);
     char *pieces[] = {scene_json_job(scene), scene_json_derived(scene),
                       record_json_estimate(&estimate, bcd_scene_chunks(scene), NULL)};
     text.failed = !pieces[0] || !pieces[1] || !pieces[2] || !queue_hash(scene, hash);
@@ -211,7 +211,7 @@ static int print_results(const struct cli_simulation *simulation, const struct c
     struct bcd_table **tables = calloc(count + 1, sizeof *tables);
     struct bcd_theory *theory = NULL;
     enum bcd_status status =
-        tables ? bcd_theory_create(&theory, scene, BCD_THEORY_RING) : BCD_NO_MEMORY;
+        tables ? bcd_theory_create(&theory, scene, BCD_THEORY_RING, NULL, NULL) : BCD_NO_MEMORY;
     char *text = NULL;
     for (size_t i = 0; status == BCD_OK && i < count; i++) {
         status = bcd_tally_table(simulation->tally, scene, theory, i, &tables[i]);

@@ -3,12 +3,23 @@
 #include "cli.h"
 #include "theory_print.h"
 
+/* However long it takes; NULL = out of memory. */
+static char *print(const struct bcd_scene *scene)
+{
+    struct bcd_theory *exact = NULL;
+    char *text = NULL;
+    if (bcd_theory_create(&exact, scene, BCD_THEORY_INFINITE, NULL, NULL) == BCD_OK)
+        theory_print(exact, scene, &text);
+    bcd_theory_free(exact);
+    return text;
+}
+
 static int theory(const struct cli_line *line)
 {
     struct bcd_scene *scene = NULL;
     int status = cli_load_job(line->operand[0], &scene);
     if (status == CLI_OK)
-        status = cli_print_take(theory_print(scene));
+        status = cli_print_take(print(scene));
     bcd_scene_free(scene);
     return status;
 }

@@ -90,6 +90,7 @@ char *record_json_estimate(const struct bcd_estimate *estimate, int64_t chunks,
         {"steps", estimate->steps},
         {"rod_steps", estimate->rod_steps},
         {"core_seconds", estimate->core_seconds},
+        {"theory_core_seconds", estimate->theory_seconds},
     };
     struct text text = {0};
     text_add(&text, "{");

@@ -50,13 +50,12 @@ enum bcd_status scene_json_parse(const char *text, size_t size, struct bcd_scene
 enum bcd_status scene_json_parse_ticket(const char *text, size_t size, struct bcd_scene **out,
                                         struct ticket *ticket, struct bcd_errors *errors)
 {
-    struct bcd_errors own = {0};
     struct bcd_scene *scene = NULL;
     struct ticket read = *ticket;
-    errors = errors ? errors : &own;
-    enum bcd_status status = read_text(text, size, NULL, &scene, &read, errors);
-    if (status == BCD_OK)
-        status = bcd_scene_prepare(scene, errors);
+    enum bcd_status status = scene_json_complete_ticket(text, size, &scene, &read, errors);
+    if (status != BCD_OK)
+        return status;
+    status = bcd_scene_prepare(scene, NULL, errors);
     if (status == BCD_OK) {
         *out = scene;
         *ticket = read;
@@ -64,6 +63,19 @@ enum bcd_status scene_json_parse_ticket(const char *text, size_t size, struct bc
         bcd_scene_free(scene);
         ticket_fini(&read);
     }
+    return status;
+}
+
+enum bcd_status scene_json_complete_ticket(const char *text, size_t size, struct bcd_scene **out,
+                                           struct ticket *ticket, struct bcd_errors *errors)
+{
+    struct bcd_errors own = {0};
+    struct ticket read = *ticket;
+    enum bcd_status status = read_text(text, size, NULL, out, &read, errors ? errors : &own);
+    if (status == BCD_OK)
+        *ticket = read;
+    else
+        ticket_fini(&read);
     return status;
 }
 

@@ -21,8 +21,11 @@ enum bcd_status scene_json_parse(const char *text, size_t size, struct bcd_scene
 enum bcd_status scene_json_parse_ticket(const char *text, size_t size, struct bcd_scene **scene,
                                         struct ticket *ticket, struct bcd_errors *errors);
 
-/* The same without preparation: the scene is good for everything but runs (see bcd.h). cache may be
- * NULL. */
+/* Both of these without preparation: the scene is good for everything but runs (see bcd.h). cache
+ * may be NULL. */
+enum bcd_status scene_json_complete_ticket(const char *text, size_t size,
+                                           struct bcd_scene **scene, struct ticket *ticket,
+                                           struct bcd_errors *errors);
 enum bcd_status scene_json_complete(const char *text, size_t size, struct bcd_scene_cache *cache,
                                     struct bcd_scene **scene, struct bcd_errors *errors);
 

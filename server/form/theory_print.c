@@ -4,29 +4,32 @@
 
 #include <stdlib.h>
 
-char *theory_print(const struct bcd_scene *scene)
+enum bcd_status theory_print(const struct bcd_theory *theory, const struct bcd_scene *scene,
+                             char **text)
 {
-    struct bcd_theory *theory = NULL;
     struct bcd_table **tables = NULL;
     size_t count = 0, made = 0;
-    char *text = NULL;
+    enum bcd_status status = BCD_OK;
 
     while (bcd_scene_part(scene, BCD_SLOT_OBSERVABLE, count))
         count++;
     tables = calloc(count + 1, sizeof *tables);
-    if (!tables || bcd_theory_create(&theory, scene, BCD_THEORY_INFINITE))
-        goto cleanup;
-    for (; made < count; made++)
-        if (bcd_theory_table(theory, scene, made, &tables[made]))
+    if (!tables)
+        return BCD_NO_MEMORY;
+    for (; made < count; made++) {
+        status = bcd_theory_table(theory, scene, made, &tables[made]);
+        if (status)
             goto cleanup;
-    if (bcd_theory_summary(theory, &tables[made]))
+    }
+    status = bcd_theory_summary(theory, &tables[made]);
+    if (status)
         goto cleanup;
     made++;
-    text = table_json_print_all(tables, made);
+    *text = table_json_print_all(tables, made);
+    status = *text ? BCD_OK : BCD_NO_MEMORY;
 cleanup:
     for (size_t i = 0; i < made; i++)
         bcd_table_free(tables[i]);
     free(tables);
-    bcd_theory_free(theory);
-    return text;
+    return status;
 }

@@ -7,7 +7,9 @@
 
 #include "bcd.h"
 
-/* malloc'ed; NULL = out of memory. Takes up to seconds. */
-char *theory_print(const struct bcd_scene *scene);
+/* *text is malloc'ed. theory: of scope BCD_THEORY_INFINITE; closed forms take up to seconds.
+ * BCD_NO_MEMORY, or BCD_STOPPED by the theory's watch. */
+enum bcd_status theory_print(const struct bcd_theory *theory, const struct bcd_scene *scene,
+                             char **text);
 
 #endif

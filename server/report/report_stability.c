@@ -373,7 +373,7 @@ static void judge(const struct report_run *run, const struct stability_extreme *
     };
     struct bcd_theory *theory = NULL;
     if (extreme->judge != STABILITY_BY_VELOCITY && isfinite(extreme->bound))
-        bcd_theory_create(&theory, run->scene, BCD_THEORY_RING);
+        bcd_theory_create(&theory, run->scene, BCD_THEORY_RING, NULL, NULL);
     struct bcd_table *table = report_run_table(run, theory, names[extreme->judge]);
     result->verdict = STABILITY_BROKEN;
     if (table && extreme->judge == STABILITY_BY_DENSITY)

@@ -299,7 +299,7 @@ static bool find_exact(const struct work_precision_scene *row, struct exact *exa
     struct report_run run = {.stop = &at_once};
     struct bcd_theory *theory = NULL;
     bool good = run_trial(&run, row, &trial) == REPORT_STOPPED &&
-                bcd_theory_create(&theory, run.scene, BCD_THEORY_RING) == BCD_OK &&
+                bcd_theory_create(&theory, run.scene, BCD_THEORY_RING, NULL, NULL) == BCD_OK &&
                 copy_theory(theory, run.scene, "energy", &exact->energy, 1) &&
                 copy_theory(theory, run.scene, "contact_density", &exact->contact, 1) &&
                 copy_theory(theory, run.scene, "density", exact->density, WORK_PRECISION_BINS);

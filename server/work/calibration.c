@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "calibration.h"
 
+#include "limits.h"
 #include "log.h"
 #include "store_calibration.h"
 
@@ -14,7 +15,7 @@
 enum { METHODS_MAX = 32, PROBE_RODS = 1000, PROBE_TICKS = 100, PROBE_TRIES = 5 };
 
 /* What is nominal: noise and force of one rod and step in PROBE_NOMINAL_NS. */
-#define PROBE_NOMINAL_NS 4.0
+#define PROBE_NOMINAL_NS 4.8
 /* Core seconds after which what was known before counts for 1/e. */
 #define MEMORY_SECONDS 100.0
 /* Chunks shorter than this tell more of the clock than of the method. */
@@ -176,4 +177,21 @@ double calibration_factor(struct calibration *calibration, const char *method,
     if (measured_seconds)
         *measured_seconds = seconds;
     return factor;
+}
+
+void calibration_estimate(struct calibration *calibration, const struct bcd_scene *scene,
+                          struct bcd_estimate *estimate)
+{
+    struct bcd_theory_cost theory;
+    double run = 1, exact = 1;
+
+    if (calibration) {
+        run = calibration_factor(calibration, calibration_method(scene), NULL);
+        exact = calibration_factor(calibration, CALIBRATION_THEORY, NULL);
+    }
+    bcd_scene_estimate(scene, estimate);
+    bcd_theory_estimate(scene, BCD_THEORY_RING, LIMIT_THEORY_SECONDS_MAX, &theory);
+    estimate->theory_seconds = exact * theory.seconds;
+    estimate->core_seconds = run * estimate->core_seconds + estimate->theory_seconds;
+    estimate->run_bytes = fmax(estimate->run_bytes, theory.bytes);
 }

@@ -34,6 +34,14 @@ enum store_status calibration_save(struct calibration *calibration, struct store
 void calibration_note(struct calibration *calibration, const char *method, double nominal,
                       double seconds);
 
+/* The same of exact theory: its row in the place of a method's. */
+#define CALIBRATION_THEORY "theory"
+
+/* What a job needs (bcd_scene_estimate) with its theory, core seconds as this machine takes them;
+ * without a calibration (NULL) nominal ones. */
+void calibration_estimate(struct calibration *calibration, const struct bcd_scene *scene,
+                          struct bcd_estimate *estimate);
+
 /* Real over nominal time; *measured_seconds (may be NULL) = core seconds this is known from. */
 double calibration_factor(struct calibration *calibration, const char *method,
                           double *measured_seconds);

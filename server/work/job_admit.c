@@ -6,13 +6,21 @@
 
 #include <stdlib.h>
 
-void job_admit_check(const struct bcd_estimate *estimate, struct bcd_errors *errors)
+struct job_limits job_limits_usual(void)
+{
+    return (struct job_limits){.run_bytes = LIMIT_RUN_BYTES_MAX,
+                               .overrun_factor = LIMIT_OVERRUN_FACTOR,
+                               .overrun_seconds = LIMIT_OVERRUN_SECONDS};
+}
+
+void job_admit_check(const struct job_limits *limits, const struct bcd_estimate *estimate,
+                     struct bcd_errors *errors)
 {
     const struct {
         const char *what, *limit;
         double value, max;
     } rows[] = {
-        {"bytes of memory", "LIMIT_RUN_BYTES_MAX", estimate->run_bytes, LIMIT_RUN_BYTES_MAX},
+        {"bytes of memory", "LIMIT_RUN_BYTES_MAX", estimate->run_bytes, limits->run_bytes},
         {"bytes of results", "LIMIT_RESULT_BYTES_MAX", estimate->result_bytes,
          LIMIT_RESULT_BYTES_MAX},
         {"bytes on disk", "LIMIT_DISK_BYTES_MAX", estimate->tally_bytes + estimate->result_bytes,

@@ -60,10 +60,14 @@ enum store_status queue_create(struct queue **queue, struct store *store)
     if (!made)
         return STORE_BROKEN;
     made->calibration = calibration_create();
-    if (!made->calibration) {
+    made->theories = theory_cache_create();
+    if (!made->calibration || !made->theories) {
+        calibration_free(made->calibration);
+        theory_cache_free(made->theories);
         free(made);
         return STORE_BROKEN;
     }
+    made->limits = job_limits_usual();
     made->store = store;
     atomic_init(&made->stopping, false);
     pthread_mutex_init(&made->mutex, NULL);
@@ -88,6 +92,7 @@ void queue_free(struct queue *queue)
     owner_save_usage(queue);
     pthread_mutex_unlock(&queue->mutex);
     calibration_free(queue->calibration);
+    theory_cache_free(queue->theories);
     tdestroy(queue->index, keep_node);
     for (struct owner *owner = queue->owners, *next; owner; owner = next) {
         for (struct queued *entry = owner->first, *after; entry; entry = after) {
@@ -105,6 +110,21 @@ void queue_free(struct queue *queue)
 struct calibration *queue_calibration(struct queue *queue)
 {
     return queue->calibration;
+}
+
+struct theory_cache *queue_theories(struct queue *queue)
+{
+    return queue->theories;
+}
+
+void queue_set_limits(struct queue *queue, const struct job_limits *limits)
+{
+    queue->limits = *limits;
+}
+
+const struct job_limits *queue_limits(const struct queue *queue)
+{
+    return &queue->limits;
 }
 
 /* --------------------------------------------------------------------- claiming */

@@ -16,7 +16,9 @@
 
 #include "bcd.h"
 #include "calibration.h"
+#include "job_admit.h"
 #include "store_jobs.h"
+#include "theory_cache.h"
 
 #include <stdatomic.h>
 
@@ -47,6 +49,13 @@ void queue_free(struct queue *queue);
 /* How long what takes how long on this machine; the queue's own, and kept in the store by it. */
 struct calibration *queue_calibration(struct queue *queue);
 
+/* Exact theories that jobs share; the queue's own. */
+struct theory_cache *queue_theories(struct queue *queue);
+
+/* What jobs may take: set, if at all, before there are other threads. */
+void queue_set_limits(struct queue *queue, const struct job_limits *limits);
+const struct job_limits *queue_limits(const struct queue *queue);
+
 /* Takes over every running job of the store, and who has queued ones. Called once before workers
  * start. A job that this program would not run as it was accepted (its text no longer parses, or
  * means something else) is failed with the reason; a queued one when its turn comes. So is a job
@@ -73,8 +82,7 @@ void queue_forget(struct queue *queue, const char *id);
 /* In place of queue_forget: the job is not at its end, its next goal is one of at least `least`
  * chunks. expected (chunks, 0 = unknown): where the end will probably be, for the progress. On
  * failure the job is as it was before. */
-enum store_status queue_again(struct queue *queue, const char *id, int64_t least,
-                              double expected);
+enum store_status queue_again(struct queue *queue, const char *id, int64_t least, double expected);
 
 /* Core seconds that were used for a task of the queue, claimed or not any more. They go to the
  * store now and then, and when the queue is freed. */

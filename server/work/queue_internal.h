@@ -66,7 +66,9 @@ struct owner {
 
 struct queue {
     struct store *store;
-    struct calibration *calibration; /* has its own mutex */
+    struct calibration *calibration; /* has its own mutex, */
+    struct theory_cache *theories;   /* and so has this */
+    struct job_limits limits;
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     struct owner *owners;

@@ -34,6 +34,14 @@ void start_wait(struct queue *queue)
         code = pthread_cond_timedwait(&queue->changed, &queue->mutex, &until);
 }
 
+static double cpu_seconds(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
 /* ---------------------------------------------------------------------- rests */
 
 static bool anything_moves(const struct queue *queue)
@@ -90,20 +98,58 @@ static void fail_job(struct queue *queue, const struct job_record *record, const
     store_jobs_fail(queue->store, record->id, reason);
 }
 
+/* Whose preparation a watch is over. */
+struct preparation {
+    const struct queue *queue;
+    const atomic_bool *cancelled; /* NULL at the start of the daemon */
+};
+
+static bool should_stop(void *context)
+{
+    const struct preparation *preparation = context;
+
+    return queue_stopping(preparation->queue) ||
+           (preparation->cancelled && atomic_load(preparation->cancelled));
+}
+
+/* A scene ready for runs. */
+static enum bcd_status read_scene(const struct job_record *record, struct bcd_watch *watch,
+                                  struct bcd_scene **scene, struct bcd_errors *errors)
+{
+    enum bcd_status status =
+        scene_json_complete(record->job, strlen(record->job), NULL, scene, errors);
+
+    if (status)
+        return status;
+    status = bcd_scene_prepare(*scene, watch, errors);
+    if (status)
+        bcd_scene_free(*scene);
+    return status;
+}
+
 /* The scene of a job of the store: NULL with STORE_OK if the job had to be failed. */
 static enum store_status load_scene(struct queue *queue, const struct job_record *record,
-                                    struct bcd_scene **scene)
+                                    const atomic_bool *cancelled, struct bcd_scene **scene)
 {
     struct bcd_errors errors = {0};
     unsigned char hash[JOB_HASH_SIZE];
     char reason[512];
-    enum bcd_status status = scene_json_parse(record->job, strlen(record->job), scene, &errors);
+    struct preparation preparation = {queue, cancelled};
+    struct bcd_watch watch = {.should_stop = should_stop,
+                              .context = &preparation,
+                              .seconds_max = LIMIT_START_SECONDS_MAX,
+                              .bytes_max = queue->limits.run_bytes};
+    enum bcd_status status = read_scene(record, &watch, scene, &errors);
 
+    if (status)
+        *scene = NULL;
     if (status == BCD_NO_MEMORY)
         return STORE_BROKEN;
+    if (watch.end == BCD_WATCH_TOLD) /* cancelled: no longer queued; or the daemon stops */
+        return queue_stopping(queue) ? STORE_BROKEN : STORE_CONFLICT;
     if (status) {
-        *scene = NULL;
-        snprintf(reason, sizeof reason, "this version cannot run the job any more: %s: %s",
+        snprintf(reason, sizeof reason, "%s%s: %s",
+                 status == BCD_STOPPED ? "" : "this version cannot run the job any more: ",
                  errors.count ? errors.items[0].field : "",
                  errors.count ? errors.items[0].text : bcd_status_text(status));
         fail_job(queue, record, reason);
@@ -160,15 +206,17 @@ static enum store_status start_job(struct queue *queue, struct queued *entry)
 {
     struct job_record record = {0};
     struct bcd_scene *scene = NULL;
+    double before = cpu_seconds();
     enum store_status status = store_jobs_get(queue->store, entry->id, &record);
 
     if (status == STORE_OK && record.state != JOB_QUEUED)
         status = STORE_CONFLICT; /* cancelled meanwhile */
     if (status == STORE_OK)
-        status = load_scene(queue, &record, &scene);
+        status = load_scene(queue, &record, &entry->cancelled, &scene);
     if (status == STORE_OK && !scene)
         status = STORE_CONFLICT; /* failed just now */
     job_record_fini(&record);
+    queue_spend(queue, &(struct task){.owner = entry->owner}, cpu_seconds() - before);
     if (status)
         return status;
     if (!entry_set_scene_take(entry, scene))
@@ -223,7 +271,7 @@ static enum store_status recover_job(struct queue *queue, const struct job_recor
     struct bcd_scene *scene = NULL;
     struct owner *owner = owner_find(queue, record->ticket.owner);
     struct queued *entry;
-    enum store_status status = load_scene(queue, record, &scene);
+    enum store_status status = load_scene(queue, record, NULL, &scene);
 
     if (status || !scene)
         return status;

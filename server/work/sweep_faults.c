@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "sweep_faults.h"
-#include "job_admit.h"
+#include "calibration.h"
 #include "limits.h"
 
 #include <pthread.h>
@@ -11,8 +11,7 @@ enum { THREADS = 2, POINTS_PER_THREAD = 500 };
 
 /* A part of the points and who looks at them. */
 struct part {
-    struct sweep_walk *walk;
-    struct bcd_scene_cache *cache;
+    struct sweep_look look;
     struct bcd_errors errors;
     size_t faulty;
     enum bcd_status status;
@@ -25,26 +24,27 @@ static void *run(void *part);
 static void tell_faults(struct part *part, size_t number, const struct bcd_errors *faults);
 static bool told(const struct bcd_errors *errors, const struct bcd_error *fault);
 
-enum bcd_status sweep_faults_point(struct sweep_walk *walk, struct bcd_scene_cache *cache,
-                                   struct bcd_scene **scene, struct bcd_estimate *estimate,
-                                   struct bcd_errors *faults)
+enum bcd_status sweep_faults_point(const struct sweep_look *look, struct bcd_scene **scene,
+                                   struct bcd_estimate *estimate, struct bcd_errors *faults)
 {
-    enum bcd_status status = sweep_walk_scene(walk, cache, scene, faults);
+    enum bcd_status status = sweep_walk_scene(look->walk, look->cache, scene, faults);
     if (status != BCD_OK)
         return status;
-    bcd_scene_estimate(*scene, estimate);
-    job_admit_check(estimate, faults);
+    calibration_estimate(NULL, *scene, estimate);
+    job_admit_check(look->limits, estimate, faults);
     return faults->count > 0 ? BCD_INVALID : BCD_OK;
 }
 
-enum bcd_status sweep_faults(const struct sweep *sweep, size_t first, struct bcd_errors *errors)
+enum bcd_status sweep_faults(const struct sweep *sweep, const struct job_limits *limits,
+                             size_t first, struct bcd_errors *errors)
 {
-    struct part parts[THREADS] = {{.walk = NULL}};
+    struct part parts[THREADS] = {{.look = {.walk = NULL}}};
     size_t points = sweep_points(sweep);
     size_t threads = sweep_points_new(sweep) >= THREADS * POINTS_PER_THREAD ? THREADS : 1;
     enum bcd_status status = BCD_OK;
     for (size_t i = 0; i < threads; i++) {
         size_t from = points * i / threads;
+        parts[i].look.limits = limits;
         if (!begin(&parts[i], sweep, from > first ? from : first, points * (i + 1) / threads))
             status = BCD_NO_MEMORY;
     }
@@ -62,16 +62,16 @@ enum bcd_status sweep_faults(const struct sweep *sweep, size_t first, struct bcd
             bcd_errors_add(errors, parts[i].errors.items[e].field, "%s",
                            parts[i].errors.items[e].text);
         errors->dropped += parts[i].errors.dropped;
-        sweep_walk_free(parts[i].walk);
-        bcd_scene_cache_free(parts[i].cache);
+        sweep_walk_free(parts[i].look.walk);
+        bcd_scene_cache_free(parts[i].look.cache);
     }
     return status;
 }
 
 static bool begin(struct part *part, const struct sweep *sweep, size_t first, size_t end)
 {
-    part->walk = sweep_walk_create(sweep, first, end);
-    return part->walk && bcd_scene_cache_create(&part->cache) == BCD_OK;
+    part->look.walk = sweep_walk_create(sweep, first, end);
+    return part->look.walk && bcd_scene_cache_create(&part->look.cache) == BCD_OK;
 }
 
 static void *run(void *context)
@@ -79,12 +79,11 @@ static void *run(void *context)
     struct part *part = context;
     size_t number;
     while (part->faulty < LIMIT_SWEEP_FAULTY_MAX && part->status != BCD_NO_MEMORY &&
-           sweep_walk_next(part->walk, &number)) {
+           sweep_walk_next(part->look.walk, &number)) {
         struct bcd_errors faults = {.count = 0};
         struct bcd_estimate estimate;
         struct bcd_scene *scene = NULL;
-        enum bcd_status status =
-            sweep_faults_point(part->walk, part->cache, &scene, &estimate, &faults);
+        enum bcd_status status = sweep_faults_point(&part->look, &scene, &estimate, &faults);
         bcd_scene_free(scene);
         if (status == BCD_INVALID)
             tell_faults(part, number, &faults);
@@ -98,7 +97,7 @@ static void *run(void *context)
 static void tell_faults(struct part *part, size_t number, const struct bcd_errors *faults)
 {
     struct text values = {0};
-    sweep_walk_add_values(part->walk, &values);
+    sweep_walk_add_values(part->look.walk, &values);
     char *where = text_take(&values);
     for (size_t i = 0; i < faults->count; i++) {
         const struct bcd_error *fault = &faults->items[i];

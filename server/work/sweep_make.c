@@ -9,7 +9,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BUILDERS = 2, POINTS_PER_BUILDER = 500, BATCH_POINTS = 256, BATCHES = 16 };
+enum {
+    BUILDERS = 2,
+    POINTS_PER_BUILDER = 500,
+    BATCH_POINTS = 256,
+    BATCHES = 16,
+    SEEN = 64,
+    SEEN_BYTES = 2048
+};
 
 /* A builder's until it is ready, then the taker's until that asks for the next. */
 struct batch {
@@ -22,6 +29,7 @@ struct builder {
     struct sweep_make *make;
     struct sweep_walk *walk;
     struct bcd_scene_cache *cache;
+    uint64_t seen[SEEN];     /* hashes of what the theories of late points depend on */
     struct job_seeds *seeds; /* of the last point made from its scene; NULL = not wanted */
     pthread_t thread;
     bool running;
@@ -32,7 +40,7 @@ struct builder {
  * own. The rest does not change. */
 struct sweep_make {
     const struct sweep *sweep;
-    struct calibration *calibration;
+    struct queue *queue;
     struct sweep_source source;
     size_t points, step, batches; /* the n-th batch: the new ones of the points n * step .. */
     struct batch ring[BATCHES];
@@ -53,9 +61,10 @@ static void *build(void *builder);
 static void build_batch(struct builder *builder, size_t number);
 static enum bcd_status make_point(struct builder *builder, struct sweep_point_new *point);
 static enum bcd_status make_job(struct builder *builder, struct job_new *job);
+static bool shares_theory(struct builder *builder, const struct bcd_scene *scene);
 static void batch_clear(struct batch *batch);
 
-struct sweep_make *sweep_make_create(const struct sweep *sweep, struct calibration *calibration,
+struct sweep_make *sweep_make_create(const struct sweep *sweep, struct queue *queue,
                                      const char *owner)
 {
     struct sweep_make *make = calloc(1, sizeof(*make));
@@ -63,7 +72,7 @@ struct sweep_make *sweep_make_create(const struct sweep *sweep, struct calibrati
     if (!make)
         return NULL;
     make->sweep = sweep;
-    make->calibration = calibration;
+    make->queue = queue;
     make->points = sweep_points(sweep);
     make->source = (struct sweep_source){
         .take = take, .state = make, .count = sweep_points_new(sweep), .hash = make->hash};
@@ -121,7 +130,8 @@ enum bcd_status sweep_make_check(struct sweep_make *make, struct bcd_errors *err
     pthread_mutex_unlock(&make->mutex);
     /* Nothing is wrong with those that were taken. */
     if (status == BCD_INVALID)
-        status = sweep_faults(make->sweep, make->taken * make->step, errors);
+        status =
+            sweep_faults(make->sweep, queue_limits(make->queue), make->taken * make->step, errors);
     return status;
 }
 
@@ -262,19 +272,41 @@ static enum bcd_status make_job(struct builder *builder, struct job_new *job)
     struct bcd_scene *scene = NULL;
     job_seeds_free(builder->seeds);
     builder->seeds = NULL;
-    enum bcd_status status =
-        sweep_faults_point(builder->walk, builder->cache, &scene, &estimate, &faults);
+    struct queue *queue = builder->make->queue;
+    const struct sweep_look look = {builder->walk, builder->cache, queue_limits(queue)};
+    enum bcd_status status = sweep_faults_point(&look, &scene, &estimate, &faults);
     if (status != BCD_OK)
         goto cleanup;
-    estimate.core_seconds *=
-        calibration_factor(builder->make->calibration, calibration_method(scene), NULL);
-    if (!job_admit_fill(scene, &estimate, job))
+    calibration_estimate(queue_calibration(queue), scene, &estimate);
+    double without_theory = estimate.core_seconds - estimate.theory_seconds;
+    if (shares_theory(builder, scene))
+        estimate.core_seconds = without_theory;
+    if (!job_admit_fill(scene, &estimate, job)) {
         status = BCD_NO_MEMORY;
-    else if (sweep_walk_seeds(builder->walk))
-        builder->seeds = job_seeds_create(scene, job);
+    } else if (sweep_walk_seeds(builder->walk)) {
+        struct job_new next = *job; /* with the same theory */
+        next.core_seconds = without_theory;
+        builder->seeds = job_seeds_create(scene, &next);
+    }
 cleanup:
     bcd_scene_free(scene);
     return status;
+}
+
+/* Whether the theory of a point before is this one's, too (theory_cache.h). */
+static bool shares_theory(struct builder *builder, const struct bcd_scene *scene)
+{
+    unsigned char bytes[SEEN_BYTES];
+    size_t size = bcd_scene_encode_equilibrium(scene, bytes, sizeof(bytes));
+    uint64_t hash = 0xcbf29ce484222325u;
+    if (size > sizeof(bytes))
+        return false;
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ bytes[i]) * 0x100000001b3u;
+    uint64_t *place = &builder->seen[(hash ^ hash >> 32) % SEEN];
+    bool seen = *place == hash;
+    *place = hash;
+    return seen;
 }
 
 static void batch_clear(struct batch *batch)

@@ -10,16 +10,16 @@
 #ifndef SWEEP_MAKE_H
 #define SWEEP_MAKE_H
 
-#include "calibration.h"
+#include "queue.h"
 #include "store_sweeps.h"
 #include "sweep_json.h"
 
 struct sweep_make;
 
 /* Begins with the new points of a sweep, which is borrowed. Small sweeps are made when it returns,
- * of others the first points. Core seconds are those of this machine, as calibrated. NULL = no
- * memory. */
-struct sweep_make *sweep_make_create(const struct sweep *sweep, struct calibration *calibration,
+ * of others the first points. Core seconds are those of this machine, as calibrated; a theory that
+ * points share counts once, more or less. NULL = no memory. */
+struct sweep_make *sweep_make_create(const struct sweep *sweep, struct queue *queue,
                                      const char *owner);
 void sweep_make_free(struct sweep_make *make);
 

@@ -73,6 +73,35 @@ bool work_should_stop(const struct work *work)
     return atomic_load(work->task->cancelled) || queue_stopping(work->workers->queue);
 }
 
+double work_seconds(const struct work *work)
+{
+    return 1e-9 * (double)(cpu_now_ns() - work->began_ns);
+}
+
+/* Longer than such a part of the job may take? Says so in the error. */
+static bool over_time(struct work *work)
+{
+    const struct job_limits *limits = queue_limits(work->workers->queue);
+
+    if (work->allowed_ns == 0 || cpu_now_ns() - work->began_ns <= work->allowed_ns)
+        return false;
+    work->error.code = BCD_STOPPED;
+    snprintf(work->error.text, sizeof work->error.text,
+             "this part of it has used %.3g core seconds, more than %g times the estimate and %g "
+             "more (LIMIT_OVERRUN_FACTOR, LIMIT_OVERRUN_SECONDS)",
+             work_seconds(work), limits->overrun_factor, limits->overrun_seconds);
+    return true;
+}
+
+/* The engine's question. */
+static bool ask_stop(void *context)
+{
+    struct work *work = context;
+
+    atomic_store(&work->worker->seen_ns, now_ns());
+    return work_should_stop(work) || over_time(work);
+}
+
 /* Waits before try number `tries` + 1 (tries >= 1); false as soon as there is no use in waiting. */
 bool work_back_off(const struct work *work, int tries)
 {
@@ -185,7 +214,8 @@ static enum bcd_status create_run(struct work *work)
 {
     const struct task *task = work->task;
     struct blob checkpoint = {0};
-    enum bcd_status status = bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
+    enum bcd_status status =
+        bcd_run_create_watched(&work->run, task->scene, task->chunk, &work->watch, &work->error);
 
     if (status)
         return status;
@@ -201,7 +231,8 @@ static enum bcd_status create_run(struct work *work)
                          log_text("reason", work->error.text)));
     bcd_run_free(work->run);
     work->run = NULL;
-    status = bcd_run_create(&work->run, task->scene, task->chunk, &work->error);
+    status =
+        bcd_run_create_watched(&work->run, task->scene, task->chunk, &work->watch, &work->error);
     return status ? status : go_on(work);
 }
 
@@ -247,20 +278,40 @@ struct measured {
     int64_t ticks, cpu_ns;
 };
 
-/* What a finished chunk has taken, or the part of it that was run here. */
-static void note_cost(struct work *work, const struct measured *from)
+/* Nominal core seconds of the chunk. */
+static double nominal_seconds(const struct task *task)
 {
-    const struct bcd_scene *scene = work->task->scene;
-    int64_t chunk = work->task->chunk, total = bcd_run_ticks_total(work->run);
-    double mine =
-        (double)(bcd_scene_realizations(scene, chunk + 1) - bcd_scene_realizations(scene, chunk)) /
-        (double)bcd_scene_realizations(scene, bcd_scene_chunks(scene));
+    const struct bcd_scene *scene = task->scene;
+    double mine = (double)(bcd_scene_realizations(scene, task->chunk + 1) -
+                           bcd_scene_realizations(scene, task->chunk)) /
+                  (double)bcd_scene_realizations(scene, bcd_scene_chunks(scene));
     struct bcd_estimate estimate;
 
     bcd_scene_estimate(scene, &estimate);
-    calibration_note(queue_calibration(work->workers->queue), calibration_method(scene),
-                     estimate.core_seconds * mine * (double)(total - from->ticks) / (double)total,
+    return estimate.core_seconds * mine;
+}
+
+/* What a finished chunk has taken, or the part of it that was run here. */
+static void note_cost(struct work *work, const struct measured *from)
+{
+    int64_t total = bcd_run_ticks_total(work->run);
+
+    calibration_note(queue_calibration(work->workers->queue), calibration_method(work->task->scene),
+                     nominal_seconds(work->task) * (double)(total - from->ticks) / (double)total,
                      1e-9 * (double)(cpu_now_ns() - from->cpu_ns));
+}
+
+/* How long the chunk may take, if something is wrong with it or with its estimate. */
+static void allow(struct work *work)
+{
+    struct queue *queue = work->workers->queue;
+    const struct job_limits *limits = queue_limits(queue);
+    const char *method = calibration_method(work->task->scene);
+    double expected =
+        nominal_seconds(work->task) * calibration_factor(queue_calibration(queue), method, NULL);
+    double allowed = limits->overrun_factor * expected + limits->overrun_seconds;
+
+    work->allowed_ns = allowed < 1e9 ? (int64_t)(1e9 * allowed) + 1 : 0;
 }
 
 /* Advances the run to its end; STOPPED when it was told to stop before. */
@@ -280,8 +331,8 @@ static enum outcome advance(struct work *work)
         if (work_should_stop(work))
             return OUTCOME_STOPPED;
         work->error.code = bcd_run_advance(work->run, slice, &work->error);
-        if (work->error.code)
-            return OUTCOME_FAILED;
+        if (work->error.code || over_time(work))
+            return work_should_stop(work) ? OUTCOME_STOPPED : OUTCOME_FAILED;
         after = now_ns();
         slice = next_slice(slice, after - before);
         atomic_store(&work->worker->seen_ns, after);
@@ -336,15 +387,19 @@ static enum outcome put_tally(struct work *work)
 
 static enum outcome run_chunk(struct work *work)
 {
+    allow(work);
     work->error.code = create_run_patiently(work);
-    if (work->error.code == BCD_NO_MEMORY && work_should_stop(work))
+    if ((work->error.code == BCD_NO_MEMORY || work->error.code == BCD_STOPPED) &&
+        work_should_stop(work))
         return OUTCOME_STOPPED;
     if (work->error.code)
         return OUTCOME_FAILED;
     enum outcome outcome = advance(work);
     if (outcome == OUTCOME_DONE)
         return put_tally(work);
-    if (outcome == OUTCOME_STOPPED && !atomic_load(work->task->cancelled))
+    /* A run that was stopped in the middle of a start goes on from its last checkpoint. */
+    if (outcome == OUTCOME_STOPPED && !atomic_load(work->task->cancelled) &&
+        work->watch.end == BCD_WATCH_GOES_ON)
         save_checkpoint(work);
     return outcome;
 }
@@ -375,12 +430,17 @@ static void do_task(struct worker *worker, struct task *task)
 {
     struct workers *workers = worker->workers;
     struct work work = {.workers = workers, .worker = worker, .task = task, .cpu_ns = cpu_now_ns()};
+    work.began_ns = work.cpu_ns;
+    work.watch = (struct bcd_watch){.should_stop = ask_stop,
+                                    .context = &work,
+                                    .bytes_max = queue_limits(workers->queue)->run_bytes};
     bool last = task->chunk == QUEUE_FINISH;
 
     if (!last) {
         enum outcome outcome = run_chunk(&work);
 
         bcd_run_free(work.run);
+        work.run = NULL;
         tell_use(&work);
         if (outcome != OUTCOME_DONE) {
             if (outcome == OUTCOME_FAILED)
@@ -392,6 +452,7 @@ static void do_task(struct worker *worker, struct task *task)
         queue_done(workers->queue, task, &last);
     }
     if (last) {
+        work.allowed_ns = 0; /* theory has a limit of its own, and the rest is short */
         enum finish finish = work_finish(&work);
 
         if (finish == FINISH_FAILED)

@@ -289,9 +289,27 @@ static enum bcd_status add_result(struct results *results, const struct bcd_tall
     return bytes ? BCD_OK : BCD_NO_MEMORY;
 }
 
-static enum bcd_status make_results(const struct bcd_tally *tally, const struct bcd_scene *scene,
+/* The exact theory, shared with other jobs; what it takes here is noted. */
+static enum bcd_status make_theory(struct work *work, struct bcd_theory **theory)
+{
+    struct queue *queue = work->workers->queue;
+    const double before = work_seconds(work), counted = work->watch.seconds;
+    enum bcd_status status;
+
+    work->watch.end = BCD_WATCH_GOES_ON; /* it comes after the run, or another try */
+    work->watch.seconds_max = counted + LIMIT_THEORY_SECONDS_MAX;
+    status = theory_cache_make(queue_theories(queue), work->task->scene, BCD_THEORY_RING,
+                               &work->watch, theory);
+    if (status == BCD_OK)
+        calibration_note(queue_calibration(queue), CALIBRATION_THEORY,
+                         work->watch.seconds - counted, work_seconds(work) - before);
+    return status;
+}
+
+static enum bcd_status make_results(struct work *work, const struct bcd_tally *tally,
                                     struct results *results)
 {
+    const struct bcd_scene *scene = work->task->scene;
     struct bcd_theory *theory = NULL;
     enum bcd_status status = BCD_OK;
     size_t count = 0;
@@ -301,7 +319,7 @@ static enum bcd_status make_results(const struct bcd_tally *tally, const struct 
     results->items = calloc(count + 1, sizeof *results->items);
     if (!results->items)
         return BCD_NO_MEMORY;
-    status = bcd_theory_create(&theory, scene, BCD_THEORY_RING);
+    status = make_theory(work, &theory);
     while (status == BCD_OK && results->count < count)
         status = add_result(results, tally, scene, theory);
     bcd_theory_free(theory);
@@ -376,7 +394,7 @@ static enum finish conclude(struct work *work, const struct gathered *gathered)
     if (verdict->stop == BCD_STOP_NOT)
         return go_on(work, chunks + 1,
                      (double)chunks * verdict->expected / (double)verdict->realizations);
-    work->error.code = make_results(gathered->whole, work->task->scene, &results);
+    work->error.code = make_results(work, gathered->whole, &results);
     if (work->error.code == BCD_OK && put_results(work, gathered, &results))
         finish = FINISH_ENDED;
     results_fini(&results);

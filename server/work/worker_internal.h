@@ -40,11 +40,15 @@ struct work {
     struct bcd_run *run;
     struct bcd_error error;
     int64_t cpu_ns;
+    struct bcd_watch watch;       /* over everything that the engine does for it */
+    int64_t began_ns, allowed_ns; /* of this thread's clock; allowed: 0 = whatever it takes */
 };
 
 /* ------------------------------------------------------------------ worker.c */
 
 bool work_should_stop(const struct work *work);
+/* Core seconds that the thread has used for the task so far. */
+double work_seconds(const struct work *work);
 /* Waits before try number `tries` + 1 (tries >= 1); false as soon as there is no use in waiting. */
 bool work_back_off(const struct work *work, int tries);
 /* What to do about a store that answered `status` at try number `tries`: true = try again. */

@@ -45,6 +45,55 @@ ask POST /v1/theory --data-binary "@$T/job"
 check "nor are there exact values for any number of bins" holds '
     .pair_distribution.theory == null and (.pair_distribution.theory_reason | test("too long"))'
 
+# ---- what takes seconds: one at a time, and everything else goes on meanwhile
+slow() { # rods: 9 take about half a minute, which is more than there is; 8 on 1000 a few seconds
+    printf '{"particles":%s,"length":%s,"diameter":0.5,"time":0.01,"time_step":0.001,' "$1" "$2"
+    printf '"potential":{"type":"cosine","amplitude":6},"observables":{"density":{"bins":20}}}'
+}
+elapsed() { # ms since $1
+    echo $(($(date +%s%3N) - $1))
+}
+slow 9 4000 >"$T/slow"
+curl -sS -m 1 -o "$T/left" --data-binary "@$T/slow" "$URL/v1/theory" 2>/dev/null &
+LEAVING=$!
+sleep 0.3
+job '"temperature":3,' >"$T/job"
+ask POST /v1/theory --data-binary "@$T/job"
+check "another theory meanwhile is told to wait" test "$STATUS" = 503
+check "for how long" grep -qi '^retry-after:' "$T/head"
+before=$(date +%s%3N)
+ask GET /healthz
+check "other requests are served" test "$STATUS" = 200 -a "$(elapsed "$before")" -lt 1000
+wait "$LEAVING" 2>/dev/null
+sleep 1.5
+ask POST /v1/theory --data-binary "@$T/job"
+check "a theory that nobody waits for any more is ended" test "$STATUS" = 200
+printf '{"particles":5,"length":10,"diameter":0.5,"time":1,"observables":{"density":{"bins":1000000}}}' \
+    >"$T/job"
+ask POST /v1/theory --data-binary "@$T/job"
+check "nor are there tables of any size" test "$STATUS" = 422
+check "with the limit's name" holds '.errors[0].detail | test("LIMIT_THEORY_ANSWER_BYTES_MAX")'
+
+# ---- a job's own theory: in the estimate, ended by a cancel and by SIGTERM
+ask POST /v1/estimate --data-binary "@$T/slow"
+check "the estimate knows of it" holds '.theory_core_seconds > 5 and .core_seconds > 5'
+post "$T/slow"
+check "a job comes to its theory" sh -c 'sleep 1.5; curl -sS "$1/v1/jobs/$2" | jq -e ".progress == 1"' - "$URL" "$ID"
+ask DELETE "/v1/jobs/$ID"
+check "it is cancelled there" holds '.state == "cancelled"'
+job '"seed":77,' >"$T/job"
+post "$T/job"
+check "and its worker does something else" until_state "$ID" done 5
+sed 's/"time":0.01/"time":0.02/' "$T/slow" >"$T/again"
+post "$T/again"
+sleep 1
+before=$(date +%s%3N)
+daemon_end TERM
+check "SIGTERM ends the daemon in the middle of a theory" test "$EXIT" = 0 -a "$(elapsed "$before")" -lt 3000
+daemon_start "$T/data" --workers 2
+check "the job is there as before" test "$(curl -sS "$URL/v1/jobs/$ID" | jq -r .state)" = running
+ask DELETE "/v1/jobs/$ID"
+
 job '"potential":{"type":"cosine","amplitude":6},"force":1,' >"$T/job"
 ask POST /v1/theory --data-binary "@$T/job"
 check "driven rods have no equilibrium" holds '

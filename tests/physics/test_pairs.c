@@ -114,7 +114,7 @@ static void test_theory_beyond_neighbours_is_refused(void **state)
         "{}}}");
     struct bcd_theory *theory = NULL;
     struct bcd_table *t = NULL;
-    assert_int_equal(bcd_theory_create(&theory, scene, BCD_THEORY_RING), BCD_OK);
+    assert_int_equal(bcd_theory_create(&theory, scene, BCD_THEORY_RING, NULL, NULL), BCD_OK);
     assert_int_equal(bcd_theory_table(theory, scene, 0, &t), BCD_OK);
     const struct bcd_column *column = bcd_table_column(t, BCD_ROLE_THEORY);
     assert_null(column->values);

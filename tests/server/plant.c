@@ -13,9 +13,18 @@
 
 struct plant plant_start(struct bench *bench, size_t workers)
 {
+    const struct job_limits usual = job_limits_usual();
+
+    return plant_start_within(bench, workers, &usual);
+}
+
+struct plant plant_start_within(struct bench *bench, size_t workers,
+                                const struct job_limits *limits)
+{
     struct plant plant = {.bench = bench};
 
     assert_int_equal(queue_create(&plant.queue, bench->store), STORE_OK);
+    queue_set_limits(plant.queue, limits);
     assert_int_equal(queue_recover(plant.queue), STORE_OK);
     plant.workers = workers_start(workers, plant.queue, bench->store);
     assert_non_null(plant.workers);

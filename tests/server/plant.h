@@ -15,6 +15,9 @@ struct plant {
     struct workers *workers;
 };
 struct plant plant_start(struct bench *bench, size_t workers);
+/* The same under other limits of jobs than the usual. */
+struct plant plant_start_within(struct bench *bench, size_t workers,
+                                const struct job_limits *limits);
 void plant_stop(struct plant *plant);
 
 /* Until it has started; until the job is that far, or gone from the queue. */

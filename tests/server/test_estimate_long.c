@@ -94,6 +94,66 @@ static double off_by(const double *factor, const struct result *results, size_t 
 #define SPARSE "\"length\":200,\"diameter\":0.5,\"potential\":{\"type\":\"cosine\",\"amplitude\":6}"
 #define STEP "\"time_step\":0.0005,\"time\":500"
 
+/* Forces and observables that cost more than usual, by the method that is usual for them. */
+static void add_forces(struct result *results, size_t *count)
+{
+#define RODS "\"particles\":100,\"length\":200,\"diameter\":0.5," STEP
+#define ENERGY ",\"observables\":{\"energy\":{}}"
+    static const struct {
+        const char *name, *rest;
+    } scenes[] = {
+        {"formula", RODS ENERGY ",\"potential\":{\"type\":\"expression\",\"period\":1,"
+                         "\"energy\":\"3*cos(2*pi*x)\"}"},
+        {"formula, long",
+         RODS ENERGY ",\"potential\":{\"type\":\"expression\",\"period\":1,\"energy\":"
+                     "\"3*cos(2*pi*x)+exp(sin(2*pi*x))+tanh(cos(4*pi*x))+log(2+sin(2*pi*x))"
+                     "+sqrt(2+cos(2*pi*x))+atan(sin(2*pi*x))+cosh(sin(2*pi*x))\"}"},
+        {"formula, few", "\"particles\":5,\"length\":10,\"diameter\":0.5," STEP ENERGY
+                         ",\"potential\":{\"type\":\"expression\",\"period\":1,"
+                         "\"energy\":\"3*cos(2*pi*x)+exp(sin(2*pi*x))\"}"},
+        {"fourier", RODS ENERGY ",\"potential\":{\"type\":\"fourier\",\"cosine\":[3,1,0.5,0.2,0.1],"
+                         "\"sine\":[1,0.5,0.3]}"},
+        {"table", RODS ENERGY ",\"potential\":{\"type\":\"table\",\"period\":1,"
+                       "\"values\":[0,1,2,3,3,2,1,0]}"},
+        {"yukawa", RODS ENERGY ",\"interaction\":{\"type\":\"yukawa\",\"strength\":1,"
+                        "\"screening\":2,\"cutoff\":1.5}"},
+        {"yukawa, far", RODS ENERGY ",\"interaction\":{\"type\":\"yukawa\",\"strength\":1,"
+                             "\"screening\":0.2,\"cutoff\":20}"},
+        {"power", RODS ENERGY ",\"interaction\":{\"type\":\"power\",\"strength\":1,"
+                       "\"exponent\":3,\"cutoff\":2.5}"},
+        {"pair formula", RODS ENERGY ",\"interaction\":{\"type\":\"expression\","
+                              "\"energy\":\"2*exp(-r)/r\",\"cutoff\":2.5}"},
+        {"pair table", RODS ENERGY ",\"interaction\":{\"type\":\"table\",\"first\":0.5,"
+                            "\"last\":2,\"values\":[3,2,1,0.5,0.2,0]}"},
+        {"sticky", RODS ENERGY ",\"interaction\":{\"type\":\"sticky\",\"strength\":1,"
+                        "\"range\":0.2,\"exponent\":3}"},
+        {"contact force", RODS ",\"observables\":{\"contact_force\":{},\"pair_distribution\":"
+                               "{\"bins\":100,\"last\":5}}"},
+        {"pairs", RODS ",\"observables\":{\"pair_distribution\":{\"bins\":100,\"last\":5}}"},
+        {"lags, few", "\"particles\":4,\"length\":8,\"diameter\":0.5," STEP
+                      ",\"observables\":{\"msd\":{\"first\":0.001,\"last\":100,"
+                      "\"points\":400}}"},
+        {"lags, one", "\"particles\":1,\"length\":8,\"diameter\":0.5," STEP
+                      ",\"observables\":{\"msd\":{\"first\":0.001,\"last\":100,"
+                      "\"points\":200}}"},
+        {"walls", RODS ENERGY ",\"boundary\":\"walls\",\"potential\":{\"type\":\"cosine\","
+                       "\"amplitude\":6}"},
+        {"equilibrium", "\"particles\":2000,\"length\":4000,\"diameter\":0.5,\"time_step\":0.0005,"
+                        "\"time\":0.5,\"initial\":\"equilibrium\"" ENERGY},
+        {"trajectory", RODS ",\"observables\":{\"trajectory\":{\"every\":10,\"rods\":10}}"},
+        {"clusters", RODS ",\"observables\":{\"cluster_sizes\":{}}"},
+    };
+    char text[2048], name[80];
+    for (size_t i = 0; i < sizeof(scenes) / sizeof(scenes[0]); i++) {
+        snprintf(text, sizeof(text), "{%s,\"realizations\":2,\"stability\":\"ignored\"}",
+                 scenes[i].rest);
+        snprintf(name, sizeof(name), "%s", scenes[i].name);
+        add(results, count, name, text);
+    }
+#undef RODS
+#undef ENERGY
+}
+
 static size_t run_all(struct result *results)
 {
     static const char *const methods[] = {"auto",    "bcd",      "bcd_chronological",
@@ -120,6 +180,7 @@ static size_t run_all(struct result *results)
     };
     size_t count = 0;
     char text[2048], name[80];
+    add_forces(results, &count);
     for (size_t s = 0; s < sizeof(scenes) / sizeof(scenes[0]); s++) {
         for (size_t m = 0; m < sizeof(methods) / sizeof(methods[0]); m++) {
             snprintf(text, sizeof(text),

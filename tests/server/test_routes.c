@@ -327,6 +327,62 @@ static void costly_jobs(void **state)
     }
 }
 
+/* What would hurt is refused at once, with the field or the limit. */
+static void hostile_jobs(void **state)
+{
+#define REST ",\"length\":1e9,\"time\":1,\"time_step\":0.01,\"observables\":{\"energy\":{}}"
+#define SMALL "{\"particles\":5,\"length\":10,\"diameter\":0.5,"
+#define SHORT "\"time\":1,\"time_step\":0.01,"
+#define ENERGY "\"observables\":{\"energy\":{}}}"
+    static const struct {
+        const char *job, *says;
+    } cases[] = {
+        {"{\"particles\":1000000000000" REST "}", "/particles"},
+        {"{\"particles\":9223372036854775807" REST "}", "/particles"},
+        {SMALL SHORT "\"observables\":{\"msd\":{\"points\":1000000000}}}",
+         "/observables/msd/points"},
+        {SMALL SHORT "\"observables\":{\"density\":{\"bins\":1000000000}}}",
+         "/observables/density/bins"},
+        {SMALL SHORT "\"observables\":{\"pair_distribution\":{\"bins\":1000000,\"last\":4}}}",
+         "/observables/pair_distribution/bins"},
+        {SMALL "\"time\":1,\"time_step\":1e-300," ENERGY, "/time"},
+        {SMALL "\"time\":1,\"time_step\":1e-18," ENERGY, "/time"},
+        {SMALL "\"time\":9e14,\"time_step\":1," ENERGY, "LIMIT_CORE_SECONDS_MAX"},
+        {SMALL "\"time\":1e300,\"time_step\":0.01," ENERGY, "/time"},
+        {SMALL SHORT "\"equilibration_time\":1e300," ENERGY, "/equilibration_time"},
+        {SMALL SHORT "\"realizations\":1000000000," ENERGY, "/realizations"},
+        {SMALL SHORT "\"realizations\":1000000000000000," ENERGY, "/realizations"},
+        {SMALL SHORT "\"observables\":{\"trajectory\":{\"every\":1e-9}}}",
+         "/observables/trajectory"},
+    };
+    struct desk *f = *state;
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        if (ask(f, "POST", "/v1/jobs", cases[i].job) != 422)
+            fail_msg("%d to %s: %s", f->reply.status, cases[i].job, f->reply.body);
+        assert_says(f, cases[i].says);
+    }
+    /* Formulas: too long, and with too many operations. Brackets cost nothing. */
+    static char job[1 << 16], formula[40000];
+    static const char *const pieces[] = {"x+x+", "x*"};
+    for (size_t kind = 0; kind < 2; kind++) {
+        size_t length = 0;
+        for (size_t i = 0; i < (kind == 0 ? 9000u : 300u); i++)
+            length += (size_t)sprintf(formula + length, "%s", pieces[kind]);
+        snprintf(job, sizeof(job),
+                 SMALL SHORT "\"boundary\":\"walls\",\"potential\":{\"type\":\"expression\","
+                             "\"energy\":\"%sx\"}," ENERGY,
+                 formula);
+        assert_int_equal(ask(f, "POST", "/v1/jobs", job), 422);
+        assert_says(f, "/potential/energy");
+    }
+    assert_int_equal(ask(f, "GET", "/v1/jobs", NULL), 200);
+    assert_says(f, "\"jobs\":[]");
+#undef REST
+#undef SMALL
+#undef SHORT
+#undef ENERGY
+}
+
 static void results_of_nothing(void **state)
 {
     static const char *const forms[] = {"", "/energy", "/energy.csv", "/energy.svg"};
@@ -361,6 +417,7 @@ int main(void)
         DESK_TEST(media_types),
         DESK_TEST(faulty_jobs),
         DESK_TEST(costly_jobs),
+        DESK_TEST(hostile_jobs),
         DESK_TEST(results_of_nothing),
     };
     return cmocka_run_group_tests_name("routes", tests, NULL, NULL);

@@ -36,7 +36,7 @@ struct experiment experiment_run(struct bcd_scene *scene, int64_t slice)
 {
     struct experiment e = {.scene = scene};
     assert_int_equal(bcd_tally_create(&e.tally, scene), BCD_OK);
-    assert_int_equal(bcd_theory_create(&e.theory, scene, BCD_THEORY_RING), BCD_OK);
+    assert_int_equal(bcd_theory_create(&e.theory, scene, BCD_THEORY_RING, NULL, NULL), BCD_OK);
     for (int64_t chunk = 0; chunk < bcd_scene_chunks(scene); chunk++) {
         struct bcd_run *run = NULL;
         assert_int_equal(bcd_run_create(&run, scene, chunk, NULL), BCD_OK);

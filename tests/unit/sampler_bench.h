@@ -197,7 +197,7 @@ static inline void check_system(const struct theory_system *system, int draws, b
     }
     struct theory_sampler *sampler = sampler_of(system);
     uint64_t state = 20240229;
-    struct theory_uniforms uniforms = {next_uniform, &state};
+    struct theory_uniforms uniforms = {.next = next_uniform, .ctx = &state};
     struct counts counts = {0};
     double *y = calloc((size_t)system->particles, sizeof *y);
     assert_non_null(y);

@@ -152,10 +152,10 @@ static void test_samplers_are_made_by_prepare(void **state)
     struct bcd_scene *scene = NULL;
     assert_int_equal(scene_json_complete(job, sizeof job - 1, NULL, &scene, NULL), BCD_OK);
     assert_null(scene->plan.sampler);
-    assert_int_equal(bcd_scene_prepare(scene, NULL), BCD_OK);
+    assert_int_equal(bcd_scene_prepare(scene, NULL, NULL), BCD_OK);
     assert_non_null(scene->plan.sampler);
     assert_ptr_equal(scene->plan.sampler, scene->coarse.sampler);
-    assert_int_equal(bcd_scene_prepare(scene, NULL), BCD_OK); /* once is enough */
+    assert_int_equal(bcd_scene_prepare(scene, NULL, NULL), BCD_OK); /* once is enough */
     bcd_scene_free(scene);
 }
 
@@ -171,7 +171,7 @@ static void test_what_only_prepare_finds(void **state)
     struct bcd_scene *scene = NULL;
     struct bcd_errors errors = {0};
     assert_int_equal(scene_json_complete(job, sizeof job - 1, NULL, &scene, &errors), BCD_OK);
-    assert_int_equal(bcd_scene_prepare(scene, &errors), BCD_INVALID);
+    assert_int_equal(bcd_scene_prepare(scene, NULL, &errors), BCD_INVALID);
     assert_int_equal(errors.count, 1);
     assert_string_equal(errors.items[0].field, "/initial");
     bcd_scene_free(scene);

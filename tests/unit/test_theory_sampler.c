@@ -27,7 +27,7 @@ static void same_uniforms_same_configuration(void **state)
     for (int i = 0; i < 2; i++) {
         struct theory_sampler *sampler = sampler_of(&system);
         uint64_t seed = 77;
-        struct theory_uniforms uniforms = {next_uniform, &seed};
+        struct theory_uniforms uniforms = {.next = next_uniform, .ctx = &seed};
         for (int k = 0; k < 10; k++) {
             assert_int_equal(theory_sampler_draw(sampler, y[i], &uniforms, NULL), BCD_OK);
         }

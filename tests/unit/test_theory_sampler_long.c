@@ -77,7 +77,7 @@ static void large_rings(void **state)
         assert_int_equal(theory_canonical(&result, &system, &wanted, NULL), BCD_OK);
         static double y[1000];
         uint64_t seed = 5;
-        struct theory_uniforms uniforms = {next_uniform, &seed};
+        struct theory_uniforms uniforms = {.next = next_uniform, .ctx = &seed};
         enum { DRAWS = 20 };
         double sum = 0, square = 0;
         start = clock();
