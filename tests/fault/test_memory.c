@@ -199,7 +199,7 @@ static bool run_job(void *context)
     if (status == BCD_OK)
         status = run_chunks(run, tally);
     if (status == BCD_OK)
-        status = bcd_theory_create(&theory, run->scene, BCD_THEORY_RING);
+        status = bcd_theory_create(&theory, run->scene, BCD_THEORY_RING, NULL, NULL);
     if (status == BCD_OK)
         status = bcd_tally_table(tally, run->scene, theory, 1, &table);
     assert_true(status == BCD_OK || status == BCD_NO_MEMORY);

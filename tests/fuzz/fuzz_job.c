@@ -81,7 +81,7 @@ void fuzz_job(const uint8_t *data, size_t size)
     }
     check_printed(scene);
     check_facts(scene);
-    status = bcd_scene_prepare(scene, &errors);
+    status = bcd_scene_prepare(scene, NULL, &errors);
     FUZZ_CHECK(status == BCD_OK || (status == BCD_INVALID && errors.count > 0));
     bcd_scene_free(scene);
 }
