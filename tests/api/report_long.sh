@@ -10,7 +10,7 @@ check "six curves" jq -e 'length == 6' "$T/jobs"
 for curve in 2024-fig7a-sigma0.5-rho0.5 2024-fig7b-sigma0.8-rho0.5; do
     "$B/bcd" report figures --only $curve --out "$T/$curve" --quiet >"$T/out" 2>&1
     check "$curve runs" test -s "$T/$curve/2024-fig7.svg"
-    sed -n 's/t = //; s/[()]/ /g; s/ at / /g; s/^ *\(0\.[58] *0 .*\)$/\1/p' "$T/out" >"$T/line"
+    sed -n 's/t = //g; s/[()]/ /g; s/ at / /g; s/^ *\(0\.[58] *0 .*\)$/\1/p' "$T/out" >"$T/line"
     cat "$T/line"
     check "a plateau of about 2<x^2> = 0.0169: rods feel that wells are no parabolas" awk '
         { ok = $3 > 0.011 && $3 < 0.0169 && $5 > 0.0169 && $5 < 0.03 && $8 < 0.25 }
