@@ -258,7 +258,7 @@ struct theory_cost theory_cost_canonical(const struct theory_system *system,
 {
     struct model model;
     make_model(&model, system, wanted);
-    if (!(model.mean_gap > 0) || (system->walls && wanted->pair_bins > 0)) {
+    if (model_refuses(system) || (system->walls && wanted->pair_bins > 0)) {
         return (struct theory_cost){0};
     }
     if (system->walls) {
@@ -286,7 +286,7 @@ struct theory_cost theory_cost_infinite(const struct theory_system *system,
 {
     struct model model;
     make_model(&model, system, wanted);
-    if (!(model.mean_gap > 0) || system->walls) {
+    if (model_refuses(system) || system->walls) {
         return (struct theory_cost){0};
     }
     return add_levels(&model, other_points, sizeof other_points / sizeof *other_points,
@@ -312,7 +312,7 @@ struct theory_cost theory_cost_sampler(const struct theory_system *system)
     const struct theory_wanted nothing = {0}, density = {.density_bins = 8192};
     struct model model;
     make_model(&model, system, &nothing);
-    if (!(model.mean_gap > 0)) {
+    if (model_refuses(system)) {
         return (struct theory_cost){0};
     }
     if (system->walls) {
@@ -338,7 +338,7 @@ struct theory_cost theory_cost_draw(const struct theory_system *system)
     struct model model;
     double rods = (double)system->particles;
     make_model(&model, system, &nothing);
-    if (!(model.mean_gap > 0)) {
+    if (model_refuses(system)) {
         return (struct theory_cost){0};
     }
     if (system->walls) {

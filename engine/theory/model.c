@@ -77,6 +77,11 @@ static enum bcd_status check_system(const struct theory_system *system, struct b
     return check_pair(system, error);
 }
 
+bool model_refuses(const struct theory_system *system)
+{
+    return check_system(system, NULL) != BCD_OK;
+}
+
 static enum bcd_status check_wanted(const struct model *model, struct bcd_error *error)
 {
     const struct theory_wanted *w = &model->wanted;

@@ -53,6 +53,8 @@ enum bcd_status model_init(struct model *model, const struct theory_system *syst
 /* The same between walls: period = system.period or L, bin_period = L; model_init refuses walls. */
 enum bcd_status model_init_walls(struct model *model, const struct theory_system *system,
                                  const struct theory_wanted *wanted, struct bcd_error *error);
+/* Whether they refuse the system for what it is, no energy looked at. */
+bool model_refuses(const struct theory_system *system);
 /* Nominal ns of one Boltzmann factor. */
 double model_weight_ns(const struct model *model);
 /* Counts ns; false: whatever is being computed is to end, with any values: its caller's caller,

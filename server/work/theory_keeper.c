@@ -70,7 +70,10 @@ void theory_keeper_free(struct theory_keeper *keeper)
     if (!keeper)
         return;
     atomic_store(&keeper->stop, true);
-    if (keeper->state != STATE_IDLE)
+    pthread_mutex_lock(&keeper->mutex);
+    bool begun = keeper->state != STATE_IDLE;
+    pthread_mutex_unlock(&keeper->mutex);
+    if (begun)
         pthread_join(keeper->thread, NULL);
     bcd_scene_free(keeper->scene);
     free(keeper->text);

@@ -146,6 +146,21 @@ static void it_stops_when_told(void **state)
     }
 }
 
+/* Nor does what is refused at the first look cost anything. */
+static void refused_systems_cost_nothing(void **state)
+{
+    (void)state;
+    struct theory_system system = system_of(&scenes[0], NULL);
+    system.pair.kind = THEORY_ENERGY;
+    system.pair.cutoff = 20; /* beyond nearest neighbours */
+    assert_true(theory_cost_canonical(&system, &scenes[0].wanted).seconds == 0);
+    assert_true(theory_cost_infinite(&system, &scenes[0].wanted).seconds == 0);
+    system = system_of(&scenes[0], NULL);
+    system.temperature = 0;
+    assert_true(theory_cost_canonical(&system, &scenes[0].wanted).seconds == 0);
+    assert_true(theory_cost_sampler(&system).seconds == 0);
+}
+
 static void results_do_not_depend_on_being_watched(void **state)
 {
     (void)state;
@@ -233,6 +248,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(costs_are_known_before),
+        cmocka_unit_test(refused_systems_cost_nothing),
         cmocka_unit_test(it_stops_when_told),
         cmocka_unit_test(results_do_not_depend_on_being_watched),
         cmocka_unit_test(limits_cut_it_short),
