@@ -4,6 +4,7 @@
 #include "http_client.h"
 #include "limits.h"
 
+#include <poll.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -141,7 +142,10 @@ static void answers_are_bounded(void **state)
     struct fixture *f = *state;
     char text[CLIENT_ANSWER_SIZE];
     dial(f, 0, HELD, get_big);
-    client_sleep_ms(300);
+    for (int i = 0; i < HELD; i++) {
+        struct pollfd poller = {.fd = f->fds[i], .events = POLLIN};
+        assert_int_equal(poll(&poller, 1, WAIT_MS), 1);
+    }
     int fd = client_dial(f->http);
     client_say(fd, get_big, sizeof(get_big) - 1);
     client_listen(fd, text, WAIT_MS);
@@ -149,10 +153,14 @@ static void answers_are_bounded(void **state)
     assert_non_null(strstr(text, "HTTP/1.1 503"));
     assert_non_null(strstr(text, "LIMIT_ANSWERS_BYTES_MAX"));
     is_served(f);
-    client_sleep_ms(2600); /* each was ended when it had stalled for long enough */
-    struct http_counts counts;
-    http_count(f->http, &counts);
-    assert_int_equal(counts.connections, 0);
+    struct http_counts counts = {.connections = HELD};
+    int64_t until_ms = client_now_ms() + 2 * WAIT_MS;
+    while (counts.connections > 0 && client_now_ms() < until_ms) {
+        client_sleep_ms(20);
+        http_count(f->http, &counts);
+    }
+    assert_int_equal(counts.connections,
+                     0); /* each was ended when it had stalled for long enough */
     fd = client_dial(f->http);
     client_say(fd, get_big, sizeof(get_big) - 1);
     assert_int_equal(recv(fd, text, 15, MSG_WAITALL), 15);
