@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// soak.mjs - a daemon (BCD_URL, BCD_PID) at work for BCD_SECONDS: jobs, sweeps, results in every form,
-// lists, streams that are left, cancellations, requests that are wrong. After the first third its
-// memory and descriptors do not grow any more.
+// soak.mjs - a daemon (BCD_URL, BCD_PID, BCD_DATA) at work for BCD_SECONDS: jobs, sweeps, results in
+// every form, lists, streams that are left, cancellations, requests that are wrong. After the first
+// third its memory and descriptors do not grow any more.
 import http from 'node:http';
-import { readFileSync, readdirSync } from 'node:fs';
+import { readFileSync, readdirSync, statSync } from 'node:fs';
 import { ask, expect, finish, sleep, test, url } from './tools.mjs';
 
 const seconds = Number(process.env.BCD_SECONDS ?? 6), pid = process.env.BCD_PID;
@@ -13,6 +13,7 @@ const tiny = (seed) => ({ particles: 4, length: 8, diameter: 0.5, time: 0.2, tim
                           observables: { energy: {}, msd: { points: 3, last: 0.1 }, density: { bins: 8 } } });
 const use = () => ({
   fds: readdirSync(`/proc/${pid}/fd`).length,
+  kept: statSync(`${process.env.BCD_DATA}/bcd.sqlite`).size / 1024,
   kib: Number(/VmRSS:\s*(\d+)/.exec(readFileSync(`/proc/${pid}/status`, 'utf8'))[1]) });
 let seed = 0, jobs = 0, requests = 0;
 
@@ -99,8 +100,9 @@ await test('memory and descriptors stay as they are', async () => {
   }
   const [warm, , end] = samples;
   expect(jobs > seconds, 'too few jobs', jobs);
-  // What grows with what is stored: pages kept by SQLite (64 MiB for writing), up to their limits.
-  expect(end.kib < warm.kib * 1.1 + (seconds < 60 ? 16 : 48) * 1024, samples);
+  // What may grow is what SQLite keeps of the database, up to STORE_CACHE_KIB and a bit for readers.
+  const pages = ({ kept }) => Math.min(kept, 80 * 1024);
+  expect(end.kib < warm.kib + 1.4 * (pages(end) - pages(warm)) + 16 * 1024, samples);
   expect(end.fds <= warm.fds + 2, samples);
 });
 finish();
