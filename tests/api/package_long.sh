@@ -31,7 +31,7 @@ inside() {
 }
 files() { # what there is, without what lives there
     (cd "$root" && find . -xdev \( -path ./var/lib/dpkg -o -path ./etc/.pwd.lock -o -path ./var/log -o -path ./var/cache -o -path ./run \
-        -o -path ./root -o -path ./tmp -o -path ./var/tmp -o -path ./var/lib/systemd \) -prune -o -print | sort)
+        -o -path ./root -o -path ./srv -o -path ./tmp -o -path ./var/tmp -o -path ./var/lib/systemd \) -prune -o -print | sort)
 }
 
 check "make deb" make --no-print-directory B="$B" deb
@@ -55,11 +55,11 @@ while [ $tries -lt 300 ]; do
     tries=$((tries + 1))
 done
 check "boots" inside systemctl is-active multi-user.target
-cp "$deb" "$root/root/bcdd.deb"
+cp "$deb" "$root/srv/bcdd.deb"
 files >"$T/before"
 
 # ---- installed
-check "dpkg -i" inside dpkg -i /root/bcdd.deb
+check "dpkg -i" inside dpkg -i /srv/bcdd.deb
 check "the service runs" inside systemctl is-active bcdd
 check "and will after the next boot" inside systemctl is-enabled bcdd bcdd-backup.timer bcdd-log.timer
 check "timers wait" inside systemctl is-active bcdd-backup.timer bcdd-log.timer
@@ -94,8 +94,8 @@ scene() { # SEED TIME
     printf '"density":{"bins":20}}}'
 }
 submit() { # FILE: sets ID
-    cp "$1" "$root/root/job.json"
-    ID=$(curl_inside -f http://127.0.0.1:8080/v1/jobs --data-binary @/root/job.json | jq -r .id)
+    cp "$1" "$root/srv/job.json"
+    ID=$(curl_inside -f http://127.0.0.1:8080/v1/jobs --data-binary @/srv/job.json | jq -r .id)
 }
 ended() { # ID
     for try in 1 2 3 4; do
@@ -149,7 +149,7 @@ check "the same bytes" cmp "$T/again" "$T/theirs"
 # ---- upgraded, removed, purged
 sed -i 's/^#BCDD_OPTIONS=.*/BCDD_OPTIONS="--workers 1"/' "$root/etc/default/bcdd"
 before=$(inside systemctl show -P MainPID bcdd)
-check "the package once more, as an upgrade" inside dpkg -i /root/bcdd.deb
+check "the package once more, as an upgrade" inside dpkg -i /srv/bcdd.deb
 check "it was restarted" test "$(inside systemctl show -P MainPID bcdd)" != "$before"
 check "with the options that were set" inside sh -c \
     "tr '\\0' ' ' </proc/\$(systemctl show -P MainPID bcdd)/cmdline | grep -q -- '--workers 1'"

@@ -3,17 +3,7 @@
 # Includes point downwards only (the floors of the house): who may know what.
 set -u
 
-count=0
-# report "text" "offenders, one a line; nothing = passed"
-report() {
-    count=$((count + 1))
-    if [ -z "$2" ]; then
-        echo "ok $count - $1"
-    else
-        echo "not ok $count - $1"
-        printf '%s\n' "$2" | sed 's/^/# /'
-    fi
-}
+. tests/structure/_report.sh
 
 # "file header" of every include of ours ("...") or of the system (<...>) below the given places.
 ours() {

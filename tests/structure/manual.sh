@@ -9,17 +9,7 @@ B=${B:-build}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-count=0
-# report "text" "what is wrong, one a line; nothing = passed"
-report() {
-    count=$((count + 1))
-    if [ -z "$2" ]; then
-        echo "ok $count - $1"
-    else
-        echo "not ok $count - $1"
-        printf '%s\n' "$2" | sed 's/^/# /'
-    fi
-}
+. tests/structure/_report.sh
 
 make --no-print-directory -s install B="$B" DESTDIR="$work" PREFIX=/usr >"$work/make" 2>&1
 share=$work/usr/share

@@ -10,17 +10,7 @@ page=deploy/OPERATING.md
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-count=0
-# report "text" "what is wrong, one a line; nothing = passed"
-report() {
-    count=$((count + 1))
-    if [ -z "$2" ]; then
-        echo "ok $count - $1"
-    else
-        echo "not ok $count - $1"
-        printf '%s\n' "$2" | sed 's/^/# /'
-    fi
-}
+. tests/structure/_report.sh
 # Rows of the table below a heading of the page, without its head.
 rows() {
     sed -n "/^## $1\$/,/^## /p" "$page" | grep '^|' | tail -n +3

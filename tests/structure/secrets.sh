@@ -4,16 +4,7 @@
 # looked at: what no test of a running server could measure reliably.
 set -u
 
-count=0
-report() {
-    count=$((count + 1))
-    if [ -z "$2" ]; then
-        echo "ok $count - $1"
-    else
-        echo "not ok $count - $1"
-        printf '%s\n' "$2" | sed 's/^/# /'
-    fi
-}
+. tests/structure/_report.sh
 
 echo 1..4
 report "what reads a token is one file" "$(

@@ -8,27 +8,19 @@ all=$(find engine server tests deploy schema .ci Makefile -type f \
     \( -name '*.[ch]' -o -name '*.sh' -o -name '*.sql' -o -name '*.mjs' \
     -o -name '*.js' -o -name '*.css' -o -name '*.html' -o -name Makefile -o -path '.ci/run' \) | sort)
 
-# report N "text" "what is wrong, one a line; nothing = passed"
-report() {
-    if [ -z "$3" ]; then
-        echo "ok $1 - $2"
-    else
-        echo "not ok $1 - $2"
-        printf '%s\n' "$3" | sed 's/^/# /'
-    fi
-}
+. tests/structure/_report.sh
 
 echo 1..6
 # A search that finds no files finds no faults either.
-report 1 "sources are found" "$([ "$(echo "$all" | wc -l)" -gt 50 ] || echo "only: $all")"
+report "sources are found" "$([ "$(echo "$all" | wc -l)" -gt 50 ] || echo "only: $all")"
 
-report 2 "every file names its licence in its first lines" "$(
+report "every file names its licence in its first lines" "$(
     for file in $all; do
         head -n 3 "$file" | grep -q 'SPDX-License-Identifier: GPL-3.0-or-later' || echo "$file"
     done
 )"
 
-report 3 "no file is longer than 600 lines" "$(
+report "no file is longer than 600 lines" "$(
     for file in $all; do
         lines=$(wc -l <"$file")
         [ "$lines" -le 600 ] || echo "$file: $lines"
@@ -36,19 +28,19 @@ report 3 "no file is longer than 600 lines" "$(
 )"
 
 # shellcheck disable=SC2086
-report 4 "no line of C is longer than 100 columns" "$(
+report "no line of C is longer than 100 columns" "$(
     awk 'length > 100 { print FILENAME ":" FNR ": " length }' $code
 )"
 
 # Functions begin and end with a brace in the first column; so do no other blocks.
 # shellcheck disable=SC2086
-report 5 "no function is longer than 70 lines" "$(
+report "no function is longer than 70 lines" "$(
     awk '/^{/ { begin = FNR }
          /^}/ && begin { if (FNR - begin - 1 > 70) print FILENAME ":" begin ": " FNR - begin - 1
                          begin = 0 }' $code
 )"
 
 # shellcheck disable=SC2086
-report 6 "no tabs and no blanks at the end of a line" "$(
+report "no tabs and no blanks at the end of a line" "$(
     grep -nE '	|[ 	]+$' $code | cut -d : -f 1-2
 )"
