@@ -5,7 +5,7 @@ import { action, h, replace, shellLine } from './dom.js';
 import { live } from './live.js';
 import { go, link, note, put, value } from './place.js';
 import { panels } from './panels.js';
-import { jobActions, jobOf, progressBar, stateWord, submitLink } from './parts.js';
+import { deed, jobActions, jobOf, progressBar, stateWord, submitLink } from './parts.js';
 import { chosen, errors } from './record.js';
 import { ended, nameOf, summary } from './words.js';
 
@@ -19,19 +19,23 @@ export async function show(main, { id, query }, signal) {
   const facts = h('div');
   replace(main, head, overlayForm(), told, plots, facts);
 
+  const line = h('p'), buttons = h('p', { class: 'row' }), notices = h('div');
+  replace(head, h('div', { class: 'head' }, h('div', null, h('h1', null, nameOf(record)), line), buttons), notices);
+  let shown; // what could be done with it then
+
   function showHead() {
-    replace(head, h('div', { class: 'head' },
-      h('div', null, h('h1', null, nameOf(record)), h('p', null, stateWord(record.state), ' ',
-        h('span', { class: 'progress' }, progressBar(record)), '  ', summary(record.job),
-        record.tags.map((tag) => h('a', { class: 'tag', href: link('jobs', '', [['tag', tag]]) }, tag)))),
-      h('p', { class: 'row' }, jobActions(record, update),
-        record.state === 'done' && action('Run anew', async () => {
-          const { json } = await ask('POST', '/v1/jobs?force=true', jobOf(record));
-          go('job', json.id);
-        }), h('a', { href: submitLink(jobOf(record)) }, 'Change and submit'))),
-      record.error && h('p', { class: 'notice' }, record.error),
-      Object.entries(record.derived).filter(([name]) => name.endsWith('_warning'))
-        .map(([, text]) => h('p', { class: 'notice' }, text)));
+    replace(line, stateWord(record.state), ' ', h('span', { class: 'progress' }, progressBar(record)), '  ',
+            summary(record.job),
+            record.tags.map((tag) => h('a', { class: 'tag', href: link('jobs', '', [['tag', tag]]) }, tag)));
+    if (shown !== deed(record))
+      replace(buttons, jobActions(record, update), record.state === 'done' && action('Run anew', async () => {
+        const { json } = await ask('POST', '/v1/jobs?force=true', jobOf(record));
+        go('job', json.id);
+      }), h('a', { href: submitLink(jobOf(record)) }, 'Change and submit'));
+    shown = deed(record);
+    replace(notices, record.error && h('p', { class: 'notice' }, record.error),
+            Object.entries(record.derived).filter(([name]) => name.endsWith('_warning'))
+              .map(([, text]) => h('p', { class: 'notice' }, text)));
   }
 
   function update(now) {

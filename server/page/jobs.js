@@ -5,7 +5,7 @@ import { curl, get } from './api.js';
 import { h, later, replace, shellLine } from './dom.js';
 import { counts, live } from './live.js';
 import { go, link, parse, print, put, show as words, value } from './place.js';
-import { jobActions, progressBar, stateWord } from './parts.js';
+import { deed, jobActions, progressBar, stateWord } from './parts.js';
 import { duration, moment, nameOf, states, summary } from './words.js';
 
 export const title = 'Queue';
@@ -52,28 +52,52 @@ export async function show(main, { query }, signal) {
       h('td', null, jobActions(record, update)));
   }
 
+  // All of the row but what is pressed.
+  function renew(old, record) {
+    if (deed(old.record) !== deed(record)) {
+      const row = rowOf(record), held = old.row.contains(document.activeElement) &&
+        document.activeElement.dataset.do;
+      old.row.replaceWith(row);
+      if (held)
+        row.querySelector('a')?.focus();
+      return row;
+    }
+    [...rowOf(record).cells].slice(1, -1).forEach((cell, i) => old.row.cells[i + 1].replaceWith(cell));
+    return old.row;
+  }
+
   function update(record) {
     const old = rows.get(record.id);
-    if (!old)
-      return;
-    const row = rowOf(record), held = old.row.contains(document.activeElement) &&
-      document.activeElement.dataset.do;
-    old.row.replaceWith(row);
-    rows.set(record.id, { record, row });
-    if (held)
-      row.querySelector('a')?.focus();
+    if (old)
+      rows.set(record.id, { record, row: renew(old, record) });
+  }
+
+  // The page's rows in order; those that are there already stay where they are.
+  function showRows(records) {
+    const before = new Map(rows);
+    let place = body.firstChild;
+    rows.clear();
+    for (const record of records) {
+      const old = before.get(record.id), at = old?.row === place;
+      const row = old ? renew(old, record) : rowOf(record);
+      if (at)
+        place = row.nextSibling;
+      else
+        body.insertBefore(row, place);
+      rows.set(record.id, { record, row });
+    }
+    while (place) {
+      const next = place.nextSibling;
+      place.remove();
+      place = next;
+    }
   }
 
   async function load() {
     try {
       const page = await get(path(query), signal);
       fault.textContent = '';
-      rows.clear();
-      replace(body, ...page.jobs.map((record) => {
-        const row = rowOf(record);
-        rows.set(record.id, { record, row });
-        return row;
-      }));
+      showRows(page.jobs);
       empty.textContent = page.jobs.length ? '' : query.length ? 'No job is like that.'
         : 'There are no jobs yet.';
       const first = value(query, 'cursor');

@@ -25,11 +25,15 @@ export function jobOf({ job, label, tags, priority }) {
            ...(priority ? { priority } : {}) };
 }
 
+// What can be done with a job, in a word: buttons stay the same as long as this does, for one that is
+// made anew while it is pressed is not clicked.
+export const deed = ({ state }) => (ended(state) ? (state === 'done' ? '' : 'retry') : 'cancel');
+
 export function jobActions(record, changed) {
-  if (!ended(record.state))
+  if (deed(record) === 'cancel')
     return action('Cancel', async () =>
       changed((await ask('DELETE', `/v1/jobs/${record.id}`)).json), { 'data-do': 'cancel' });
-  if (record.state === 'done')
+  if (deed(record) === '')
     return null;
   return action('Retry', async () => {
     const { json } = await ask('POST', '/v1/jobs', jobOf(record));

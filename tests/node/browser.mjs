@@ -22,7 +22,7 @@ export async function openTab(browser, { theme = 'light', width = 1200, home = u
   const context = await browser.newContext({ colorScheme: theme, viewport: { width, height: 900 },
                                              acceptDownloads: true });
   const tab = await context.newPage();
-  tab.setDefaultTimeout(10000);
+  tab.setDefaultTimeout(30000);
   const faults = [];
   tab.on('pageerror', (error) => faults.push(String(error.stack ?? error)));
   tab.on('console', (line) => {
