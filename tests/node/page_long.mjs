@@ -85,7 +85,7 @@ await test('the map of a sweep of 10^5 points', async () => {
   await visit(tab, `#sweep/${many.id}`);
   await tab.locator('.plot a').nth(1999).waitFor({ state: 'attached', timeout: 30000 });
   console.log(`# drawn after ${Date.now() - began} ms`);
-  await tab.locator('.head [data-do=cancel]').click();
+  await tab.getByRole('button', { name: 'Cancel' }).click();
   await tab.waitForFunction(async (id) => (await (await fetch(`/v1/sweeps/${id}`)).json()).states.queued === 0, many.id,
                             { timeout: 120000, polling: 500 });
 });
