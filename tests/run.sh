@@ -10,10 +10,10 @@
 # undefined behaviour sanitizers, and those of tests/server under the thread sanitizer.
 #
 # A test that crashes, exceeds its time limit, exits with a status of its own, prints no plan or
-# another number of results than planned counts as one more failure. C tests run TEST_JOBS (2) at a
-# time, shell tests one after the other, for some of them measure times. Output is shown for
-# failures only. The last line is "N passed, N failed"; the status is 1 unless N > 0 passed and none
-# failed.
+# another number of results than planned counts as one more failure. TEST_JOBS (2) tests run at a
+# time; shell tests with a line "# Alone: why" run after the others, one by one, for they measure
+# times. Output is shown for failures only. The last line is "N passed, N failed"; the status is 1
+# unless N > 0 passed and none failed.
 set -u
 LC_ALL=C
 export LC_ALL
@@ -113,11 +113,13 @@ list_c() {
     done
 }
 
+# "label|script" of the shell tests that run "together" or "alone".
 list_shell() {
     for source in tests/*/*.sh; do
         wanted "$source" || continue
-        test=${source#tests/}
-        printf '%s|%s\n' "$test" "$source"
+        how=together
+        ! grep -q '^# Alone: ' "$source" || how=alone
+        [ "$how" != "$1" ] || printf '%s|%s\n' "${source#tests/}" "$source"
     done
 }
 
@@ -148,7 +150,8 @@ run_sanitized() {
 # shellcheck disable=SC2046
 {
     list_c "$B" "" tests/*/test_*.c | run_list "${TEST_JOBS:-2}"
-    list_shell | run_list 1
+    list_shell together | run_list "${TEST_JOBS:-2}"
+    list_shell alone | run_list 1
     if [ "$layerset" = check-long ]; then
         sh deploy/install-packages.sh long
         export ASAN_OPTIONS="detect_leaks=1:strict_string_checks=1:${ASAN_OPTIONS:-}"

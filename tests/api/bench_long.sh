@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Ten million rods fit into 1.2 GB, all of the program and its threads counted as address space; and
 # make bench writes what it measured in the form that users rely on.
+# Alone: it measures.
 . tests/api/_lib.sh
 
 LIMIT_KB=1171875 # 1.2e9 bytes

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What a kill -9 costs: a long chunk goes on from its last checkpoint, and making them takes next to
 # nothing. Seconds of work are progress over what the job made of it in a second before.
+# Alone: it compares how fast a job gets on before and after.
 . "$(dirname "$0")/_lib.sh"
 
 progress() {

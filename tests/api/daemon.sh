@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The daemon as a program: options, what it prints, how it ends, and what it takes.
+# Alone: it measures the start and small answers.
 . "$(dirname "$0")/_lib.sh"
 
 run() { # sets EXIT; output in $T/out and $T/err

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What happens to jobs, as it happens: event streams, ?wait=, ETag and 304.
+# Alone: it measures how soon events come.
 . "$(dirname "$0")/_lib.sh"
 
 SHORT='{"particles":2,"length":10,"time":1,"observables":{"energy":{},"msd":{"first":0.01,"last":0.1,"points":3}}}'

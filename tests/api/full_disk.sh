@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # A full disk (no file of the daemon can grow any more): new jobs are refused with 507, what is there
 # is served, what is computed waits; with room again all goes on by itself, to the same bits.
+# Alone: a job must not end before the disk is full.
 . "$(dirname "$0")/_lib.sh"
 
 job() { # SEED TIME

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Clients that mean no good, on raw sockets; afterwards a job is done as ever.
+# Alone: others must be served within a second meanwhile.
 . tests/api/_lib.sh
 ulimit -n "$(ulimit -H -n)"
 daemon_start "$T/data" --workers 1

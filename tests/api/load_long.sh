@@ -3,6 +3,7 @@
 # What a server does while both workers compute: small GETs, event streams, and what they cost the
 # workers. Processor times are held against bounds on any machine; rates only where nothing else
 # runs, for another program's share cannot be told from a slow server.
+# Alone: it measures.
 . "$(dirname "$0")/_lib.sh"
 
 SHORT='{"particles":2,"length":10,"time":1,"observables":{"energy":{}}}'

@@ -3,6 +3,7 @@
 # Fig. 7 of 2024, its two curves without stickiness (a minute of one core): flat within a well, then
 # towards t^(1/2); the picture. The verdict's columns: sigma, gamma, MSD(error) at t = .01, flattest
 # MSD(error) and its lag, slope there, last MSD(error) and its lag, exponent(error).
+# Alone: it measures.
 . tests/api/_lib.sh
 
 "$B/bcd" report figures --only fig7 --jobs >"$T/jobs"

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Error against run time: the service measures it once, on request, and keeps it; it gets out of the
 # way when the daemon ends. And the same on the command line.
+# Alone: what it starts yields to everything else on the machine.
 . tests/api/_lib.sh
 WORK=/v1/reports/work-precision
 

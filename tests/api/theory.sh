@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Exact references over HTTP and on the command line: one document; and beside results.
+# Alone: it measures answers during a long theory.
 . "$(dirname "$0")/_lib.sh"
 daemon_start "$T/data" --workers 2
 

@@ -23,7 +23,7 @@ expect() {
     fi
 }
 
-echo 1..13
+echo 1..14
 expect "all passed" "2 passed, 0 failed" 0 <<'T'
 echo 1..2; echo "ok 1 - a"; echo "ok 2 - b"
 T
@@ -66,4 +66,10 @@ echo 'echo 1..1; echo "ok 1 - a"' >"$work/tests/fake/soak_long.sh"
 echo 'echo 1..1; echo "ok 1 - a"' >"$work/tests/fake/_shared.sh"
 expect "nothing passed is no success" "0 passed, 0 failed" 1 <<'T'
 echo 1..1; echo "ok 1 - not here # SKIP no such thing"
+T
+rm "$work"/tests/fake/*
+printf '%s\n' '# Alone: it sees whether the others have ended.' 'echo 1..1' \
+    "[ -e $work/ended ] && echo 'ok 1' || echo 'not ok 1'" >"$work/tests/fake/first_by_name.sh"
+expect "what runs alone runs after the others" "2 passed, 0 failed" 0 <<T
+sleep 0.3; touch $work/ended; echo 1..1; echo "ok 1 - a"
 T
