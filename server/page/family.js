@@ -47,7 +47,7 @@ export function family(spec) {
   if (!marks.length)
     return h('p', { class: 'figure' }, 'No point of these values is done yet.');
   const log = observable === 'msd' && over ? 'log' : 'linear', base = `/v1/sweeps/${id}/results/${observable}`;
-  return plot({ title, marks, legend, height: 360, file: `${observable}-${id}`,
+  return plot({ title, marks, legend, height: 360, key: 'family', file: `${observable}-${id}`,
     x: { label: columns.x, name: columns.x, kind: log, both: true },
     y: { label: columns.y, name: columns.y, kind: log, both: true },
     note: some.length < values.length ? `${some.length} of ${values.length} values are drawn.` : null,

@@ -3,7 +3,7 @@
 import { ask, curl, get } from './api.js';
 import { action, h, replace, shellLine } from './dom.js';
 import { live } from './live.js';
-import { go, link, note, put, value } from './place.js';
+import { go, link, note, place, put, value } from './place.js';
 import { panels } from './panels.js';
 import { deed, jobActions, jobOf, progressBar, stateWord, submitLink } from './parts.js';
 import { chosen, errors } from './record.js';
@@ -24,7 +24,7 @@ export async function show(main, { id, query }, signal) {
   let shown; // what could be done with it then
 
   function showHead() {
-    replace(line, stateWord(record.state), ' ', h('span', { class: 'progress' }, progressBar(record)), '  ',
+    replace(line, stateWord(record.state), ' ', h('span', { class: 'progress' }, progressBar(record)), ' · ',
             summary(record.job),
             record.tags.map((tag) => h('a', { class: 'tag', href: link('jobs', '', [['tag', tag]]) }, tag)));
     if (shown !== deed(record))
@@ -88,7 +88,7 @@ export async function show(main, { id, query }, signal) {
     return h('form', { class: 'filter', onsubmit: (event) => {
       event.preventDefault();
       others = [...new Set(input.value.split(/[\s,]+/))].filter((o) => o && o !== id).slice(0, MOST - 1);
-      note(put(query, 'with', others.join(',')));
+      note(put(place().query, 'with', others.join(',')));
       load();
     } }, h('label', { for: 'overlay' }, 'Over it'), input, h('button', { type: 'submit' }, 'Draw'));
   }

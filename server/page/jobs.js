@@ -4,7 +4,7 @@
 import { curl, get } from './api.js';
 import { h, later, replace, shellLine } from './dom.js';
 import { counts, live } from './live.js';
-import { go, link, parse, print, put, show as words, value } from './place.js';
+import { go, link, note, parse, place, print, put, show as words, value } from './place.js';
 import { deed, jobActions, progressBar, stateWord } from './parts.js';
 import { duration, moment, nameOf, states, summary } from './words.js';
 
@@ -13,26 +13,43 @@ const STATES = Object.keys(states);
 const SORTS = [['', 'newest first'], ['submitted', 'oldest first'], ['-finished', 'ended last first'],
                ['label', 'by label'], ['diameter', 'by diameter'], ['-derived.steps', 'longest first']];
 
-export async function show(main, { query }, signal) {
+// What is chosen to be compared stands in the link beside the filter, and stays from page to page.
+const chosenOf = (query) => (value(query, 'compare') ?? '').split(',').filter(Boolean);
+
+export async function show(main, { query: all }, signal) {
+  const query = put(all, 'compare');
   const rows = new Map(); // id -> { record, row }
-  const chosen = new Set();
+  const chosen = new Set(chosenOf(all)), here = (pairs) => put(pairs, 'compare', [...chosen].join(','));
   const body = h('tbody'), fault = h('p', { class: 'fault', role: 'alert' });
   const states = h('ul', { class: 'counts', 'aria-label': 'Jobs by state' });
-  const compare = h('span'), more = h('p', { class: 'row' }), empty = h('p', { class: 'note' });
+  const compare = h('p', { class: 'row' }), more = h('p', { class: 'row' }), empty = h('p', { class: 'note' });
   const wait = h('p', { class: 'note' });
-  replace(main, h('h1', null, 'Queue'), states, wait, filterForm(query), fault,
+  replace(main, h('h1', null, 'Queue'), states, wait, filterForm(query, here), fault,
           h('div', { class: 'scroll' }, h('table', { class: 'jobs' }, h('thead', null, h('tr', null,
             h('th', null, h('span', { class: 'note' }, 'compare')), h('th', null, 'state'), h('th', null, 'job'),
             h('th', null, 'progress'), h('th', { class: 'less' }, 'method'),
             h('th', { class: 'less' }, 'owner'), h('th', { class: 'less' }, 'submitted'), h('th', null, 'do'))), body)),
-          empty, more, compare,
+          compare, empty, more,
           h('details', { class: 'source' }, h('summary', null, 'The same list by curl'),
             shellLine(curl(path(query)))));
 
   function choose() {
     const ids = [...chosen];
     replace(compare, ids.length > 1 && h('a', { class: 'button', href:
-      link('job', ids[0], [['with', ids.slice(1).join(',')]]) }, `Compare ${ids.length} jobs in one plot`));
+      link('job', ids[0], [['with', ids.slice(1).join(',')]]) }, `Compare ${ids.length} jobs in one plot`),
+      ids.length > 0 && h('button', { type: 'button', class: 'quiet', onclick: () => {
+        chosen.clear();
+        body.querySelectorAll('input').forEach((box) => { box.checked = false; });
+        choose();
+      } }, `Choose none of ${ids.length}`));
+    note(put(place().query, 'compare', ids.join(',')));
+    turn();
+  }
+
+  let next = null;
+  function turn() {
+    replace(more, value(query, 'cursor') && h('a', { href: link('jobs', '', here(put(query, 'cursor'))) }, 'First page'),
+            next && h('a', { rel: 'next', href: link('jobs', '', here(put(query, 'cursor', next))) }, 'Next page'));
   }
 
   function rowOf(record) {
@@ -46,7 +63,7 @@ export async function show(main, { query }, signal) {
       h('td', null, stateWord(record.state)),
       h('td', { class: 'what' }, h('a', { href: link('job', record.id) }, nameOf(record)),
         record.tags.map((tag) => h('a', { class: 'tag', href: link('jobs', '', [['tag', tag]]) }, tag)),
-        h('small', null, summary(record.job), '  ', Object.keys(record.job.observables).join(', '))),
+        h('small', null, summary(record.job), ' · ', Object.keys(record.job.observables).join(', '))),
       bar, h('td', { class: 'less' }, record.derived.method), h('td', { class: 'less' }, record.owner),
       h('td', { class: 'less' }, moment(record.submitted_at)),
       h('td', null, jobActions(record, update)));
@@ -100,10 +117,8 @@ export async function show(main, { query }, signal) {
       showRows(page.jobs);
       empty.textContent = page.jobs.length ? '' : query.length ? 'No job is like that.'
         : 'There are no jobs yet.';
-      const first = value(query, 'cursor');
-      replace(more, first && h('a', { href: link('jobs', '', put(query, 'cursor')) }, 'First page'),
-              page.next && h('a', { rel: 'next', href: link('jobs', '', put(query, 'cursor', page.next)) },
-                             'Next page'));
+      next = page.next;
+      turn();
     } catch (error) {
       if (!signal.aborted)
         fault.textContent = error.errors?.length
@@ -117,7 +132,7 @@ export async function show(main, { query }, signal) {
   const now = value(query, 'state');
   replace(states, STATES.map((state) => h('li', null, h('button', { type: 'button',
     'aria-pressed': String(now === state), 'data-state': state, onclick: () => go('jobs', '',
-      put(put(query, 'cursor'), 'state', now === state ? null : state)) }, stateWord(state), ' ', numbers[state]))));
+      here(put(put(query, 'cursor'), 'state', now === state ? null : state))) }, stateWord(state), ' ', numbers[state]))));
   function count() {
     for (const state of counts ? STATES : [])
       numbers[state].textContent = counts[state].toLocaleString('en');
@@ -152,6 +167,8 @@ export async function show(main, { query }, signal) {
   }
   live.addEventListener('counts', later(2000, waiting), { signal });
   count();
+  if (chosen.size)
+    choose();
   await Promise.all([load(), waiting()]);
 }
 
@@ -161,7 +178,7 @@ function path(query) {
 }
 
 // The filter is the API's query string, as it would be typed behind the question mark.
-function filterForm(query) {
+function filterForm(query, here) {
   const sort = value(query, 'sort') ?? '';
   const rest = put(put(query, 'sort'), 'cursor');
   const input = h('input', { id: 'filter', type: 'search', spellcheck: 'false', autocomplete: 'off',
@@ -170,7 +187,7 @@ function filterForm(query) {
     (SORTS.some(([name]) => name === sort) ? SORTS : [...SORTS, [sort, sort]])
       .map(([name, text]) => h('option', { value: name }, text)));
   order.value = sort;
-  const send = () => go('jobs', '', put(parse(input.value), 'sort', order.value));
+  const send = () => go('jobs', '', here(put(parse(input.value), 'sort', order.value)));
   return h('form', { class: 'filter', role: 'search', onsubmit: (event) => {
     event.preventDefault();
     send();

@@ -3,6 +3,7 @@
 // job looked at, the others lie over it.
 import { curl } from './api.js';
 import { h } from './dom.js';
+import { localSlope, rootOfTime, singleFile } from './guides.js';
 import { plot } from './plot.js';
 import { num, observableNames, withError } from './words.js';
 import { valueOf } from './record.js';
@@ -15,15 +16,11 @@ const legendOf = (curves, kind) => curves.map((c) => ({ series: c.series, name: 
 const minus = (a, b) => a.map((v, i) => v - b[i]);
 const plus = (a, b) => a.map((v, i) => v + b[i]);
 
-// d log MSD / d log t between neighbours but one.
-export function localSlope(lag, msd) {
-  const x = [], y = [];
-  for (let i = 1; i + 1 < lag.length; i++)
-    if (msd[i - 1] > 0 && msd[i + 1] > 0) {
-      x.push(lag[i]);
-      y.push(Math.log(msd[i + 1] / msd[i - 1]) / Math.log(lag[i + 1] / lag[i - 1]));
-    }
-  return { x, y };
+// What t^½ is compared with: what is known, or what fits where the curve runs like that.
+function half({ record, table }) {
+  const known = singleFile(record), fitted = known === null ? rootOfTime(table) : null;
+  return known !== null ? { factor: known, name: '2 (1/ρ − σ) √(D t / π), many rods' }
+    : fitted && { factor: fitted.factor, name: `${num(fitted.factor, 3)} t^½, fitted to lags ${num(fitted.from, 2)} to ${num(fitted.to, 2)}` };
 }
 
 function msd(name, curves) {
@@ -37,28 +34,32 @@ function msd(name, curves) {
       marks.push({ kind: 'line', dash: true, x: lag, y: table.theory, series: 7, group: 'theory',
                    name: `exact theory${curves.length > 1 ? `, ${who}` : ''}` });
   }
-  const [{ table, record }] = curves, lag = table.lag, first = lag[0], last = lag.at(-1);
+  const [{ table, record }] = curves, { lag } = table;
   const free = 2 * record.derived.diffusion;
   if (marks.some((m) => m.group === 'theory'))
     legend.push({ series: 7, name: 'exact theory', kind: 'dash', group: 'theory' });
-  marks.push({ kind: 'slope', x: [first, last], y: [free * first, free * last], group: 't' },
-             { kind: 'slope', x: [first, last], group: 'half',
-               y: [table.msd.at(-1) * Math.sqrt(first / last), table.msd.at(-1)] });
-  legend.push({ name: '2 D t, a rod alone', kind: 'guide', group: 't' },
-              { name: 't^½ through the end', kind: 'guide', group: 'half' });
-  const slopes = curves.map((c) => ({ ...localSlope(c.table.lag, c.table.msd), series: c.series, name: c.name }));
+  marks.push({ kind: 'slope', x: lag, y: lag.map((t) => free * t), group: 't' });
+  legend.push({ name: '2 D t, a rod alone', kind: 'guide', group: 't' });
+  const guide = half(curves[0]);
+  if (guide) {
+    marks.push({ kind: 'slope', other: true, x: lag, y: lag.map((t) => guide.factor * Math.sqrt(t)), group: 'half' });
+    legend.push({ name: guide.name, kind: 'other guide', group: 'half' });
+  }
+  const notes = [table.theory === null && `No theory: ${table.theory_reason}.`,
+                 !guide && 'The slope is nowhere a half: no t^½ is drawn.'].filter(Boolean);
+  const slopes = curves.map((c) => ({ ...localSlope(c.table.lag, c.table.msd, c.table.stderr), series: c.series, name: c.name }));
   const x = { label: 'lag t', name: 'lag', kind: 'log', both: true };
   return [
     plot({ title: observableNames.msd, marks, legend, x, y: { label: 'MSD', name: 'msd', kind: 'log', both: true },
-           height: 340, file: fileOf(name, curves), curl: lines(name, curves),
-           note: table.theory === null ? `No theory: ${table.theory_reason}.` : null }),
-    plot({ title: 'Local slope d log MSD / d log t', x, height: 340,
+           height: 340, key: 'msd', file: fileOf(name, curves), curl: lines(name, curves), note: notes.join(' ') || null }),
+    plot({ title: 'Local slope d log MSD / d log t', x, height: 340, key: 'slope',
            y: { label: 'slope', name: 'slope', kind: 'linear' }, file: fileOf('slope', curves),
            legend: legendOf(curves, 'both'), curl: lines(name, curves),
+           note: 'Error bars take the two lags for independent. They are not, and the true error is smaller.',
            marks: [{ kind: 'level', y: 1 }, { kind: 'level', y: 0.5 },
                    ...slopes.flatMap((c) => [
                      { kind: 'line', x: c.x, y: c.y, series: c.series, group: `c${c.series}`, silent: true },
-                     { kind: 'points', x: c.x, y: c.y, series: c.series, group: `c${c.series}`, name: c.name }])] }),
+                     { kind: 'points', x: c.x, y: c.y, error: c.error, series: c.series, group: `c${c.series}`, name: c.name }])] }),
   ];
 }
 
@@ -91,13 +92,13 @@ function profile(name, all) {
     legend.push({ series: curves.length > 1 ? 0 : 7, name: 'exact theory', group: 'theory',
                   kind: curves.length > 1 ? 'dash' : 'line' });
   const [{ table }] = curves;
-  const drawn = [plot({ title: observableNames[name], marks, legend, height: 300, file: fileOf(name, curves),
+  const drawn = [plot({ title: observableNames[name], marks, legend, height: 300, key: name, file: fileOf(name, curves),
     x: { label: unit, name: along, kind: 'linear' }, y: { label: observableNames[name].toLowerCase(), name: of, kind: 'linear', both: true },
     curl: lines(name, curves),
     note: step ? `Every ${step}th row is drawn; CSV by curl has all.`
       : bare.length && table.theory_reason ? `No theory: ${table.theory_reason}.` : null })];
   if (residuals.length)
-    drawn.push(plot({ title: `${observableNames[name]}: distance from theory in standard errors`, height: 300,
+    drawn.push(plot({ title: `${observableNames[name]}: distance from theory in standard errors`, height: 300, key: `${name}-z`,
       marks: [...[-2, 0, 2].map((y) => ({ kind: 'level', y })), ...residuals], legend: legendOf(curves, 'points'),
       x: { label: unit, name: along, kind: 'linear' }, y: { label: 'z', name: 'z', kind: 'linear' },
       file: fileOf(`${name}-z`, curves), curl: lines(name, curves),
@@ -116,14 +117,14 @@ function clusterSizes(name, curves) {
   });
   const size = { label: 'rods in a cluster', name: 'size', kind: 'linear', both: !one };
   return [plot({ title: observableNames.cluster_sizes, marks, legend: one ? [] : legendOf(curves, kind), x: size,
-                 y: { label: 'fraction of clusters', name: 'fraction', kind: 'log', both: true }, height: 300,
+                 y: { label: 'fraction of clusters', name: 'fraction', kind: 'log', both: true }, height: 300, key: name,
                  file: fileOf(name, curves), curl: lines(name, curves) })];
 }
 
 function contactForce(name, curves) {
   const marks = curves.map((c) => ({ kind: 'points', x: c.table.force, y: c.table.probability_density,
     error: c.table.stderr, series: c.series, group: `c${c.series}`, name: c.name }));
-  return [plot({ title: observableNames.contact_force, marks, legend: legendOf(curves, 'points'), height: 300,
+  return [plot({ title: observableNames.contact_force, marks, legend: legendOf(curves, 'points'), height: 300, key: name,
                  x: { label: 'force', name: 'force', kind: 'linear', both: true },
                  y: { label: 'probability density', name: 'probability_density', kind: 'log', both: true },
                  file: fileOf(name, curves), curl: lines(name, curves) })];
@@ -147,7 +148,7 @@ function any(name, curves) {
   if (columns.length < 2)
     return single(name, curves);
   const [x, y] = columns;
-  return [plot({ title: observableNames[name] ?? name, height: 300, legend: legendOf(curves, 'points'),
+  return [plot({ title: observableNames[name] ?? name, height: 300, key: name, legend: legendOf(curves, 'points'),
     marks: curves.map((c) => ({ kind: 'points', x: c.table[x], y: c.table[y], error: c.table.stderr ?? undefined,
       series: c.series, group: `c${c.series}`, name: c.name })),
     x: { label: x, kind: 'linear', both: true }, y: { label: y, kind: 'linear', both: true },

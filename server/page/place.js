@@ -29,7 +29,8 @@ function decode(text) {
 }
 
 export function print(pairs) {
-  return pairs.map(([name, value]) => `${encodeURIComponent(name)}=${encodeURIComponent(value)}`).join('&');
+  const escape = (text) => encodeURIComponent(text).replace(/%(?:2C|2F|3A)/g, decodeURIComponent); // , / :
+  return pairs.map(([name, value]) => `${escape(name)}=${escape(value)}`).join('&');
 }
 // For people: escaped as little as can be read back.
 export function show(pairs) {

@@ -4,21 +4,37 @@
 //
 // spec: { title, x, y, marks, legend, height, file, curl, note }; x and y { label, kind, name, fixed
 // (limits) , both (may be linear or log) }; legend [{ series, name, kind, group }]: marks of the same
-// `group` are shown and hidden together; `state` { x, y, hidden } may come from outside and is told of
-// by `changed`.
+// `group` are shown and hidden together; by `key` zoom, axes and what is hidden stand in the link.
 import { h, replace, s, shellLine } from './dom.js';
 import { draw, key } from './plot_draw.js';
+import { keep, kept, printRange, readRange } from './plot_state.js';
 import { csvOfMarks, download, svgText } from './save.js';
 import { num } from './words.js';
 
+// As the link has it, where that can be.
+function viewOf(spec) {
+  const { x, y, in: zoom = [], off = [] } = spec.key ? kept(spec.key) : {};
+  const kind = (axis, words) => (spec[axis].both && ['linear', 'log'].includes(words?.[0]) ? words[0] : spec[axis].kind);
+  const view = { x: kind('x', x), y: kind('y', y), zoom: null, hidden: new Set(off), at: null, drawn: null };
+  const across = readRange(zoom.slice(0, 2), view.x), up = readRange(zoom.slice(2), view.y);
+  if (across && up)
+    view.zoom = { x: across, y: up };
+  return view;
+}
+function keepView(spec, { x, y, zoom, hidden }) {
+  if (spec.key)
+    keep(spec.key, { x: x !== spec.x.kind && [x], y: y !== spec.y.kind && [y],
+                     in: zoom && [...printRange(zoom.x), ...printRange(zoom.y)], off: [...hidden] });
+}
+
 export function plot(spec) {
-  const view = { x: spec.x.kind, y: spec.y.kind, zoom: null, hidden: new Set(), at: null, drawn: null };
+  const view = viewOf(spec);
   const paper = h('div', { class: 'paper', tabindex: '0', role: 'group',
                            'aria-label': `${spec.title}. Arrow keys read values, plus and minus zoom.` });
   const says = h('p', { class: 'says', 'aria-live': 'polite' });
   const legend = h('ul', { class: 'legend' });
   const figure = h('figure', { class: 'figure' },
-    h('figcaption', null, h('h3', null, spec.title), tools(spec, view, render)),
+    h('figcaption', null, h('h3', null, spec.title), tools(spec, view, turned)),
     legend, paper, says, spec.note ? h('p', { class: 'note' }, spec.note) : null,
     spec.curl ? h('details', { class: 'source' }, h('summary', null, 'The same data by curl'),
                   ...spec.curl.map((line) => shellLine(line))) : null);
@@ -35,10 +51,16 @@ export function plot(spec) {
     mark();
   }
 
+  // Drawn anew as the reader wants it.
+  function turned() {
+    keepView(spec, view);
+    render();
+  }
+
   replace(legend, ...(spec.legend ?? []).map((row) => h('li', null, h('label', null,
-    h('input', { type: 'checkbox', checked: true, onchange: ({ target }) => {
+    h('input', { type: 'checkbox', checked: !view.hidden.has(row.group), onchange: ({ target }) => {
       view.hidden[target.checked ? 'delete' : 'add'](row.group);
-      render();
+      turned();
     } }), key(row.series, row.kind), ' ', row.name))));
 
   // The point nearest to a place, of all that can be read.
@@ -71,8 +93,8 @@ export function plot(spec) {
       `${spec.y.name ?? spec.y.label} ${num(m.y[i], 5)}${error > 0 ? ` ± ${num(error, 2)}` : ''}`;
   }
 
-  pointer(paper, view, { nearest, mark, render });
-  keys(paper, view, { nearest, mark, render });
+  pointer(paper, view, { nearest, mark, turned });
+  keys(paper, view, { mark, turned });
   new ResizeObserver(() => {
     if (Math.abs(Math.floor(paper.clientWidth) - view.width) > 1)
       render();
@@ -81,17 +103,17 @@ export function plot(spec) {
   return figure;
 }
 
-function tools(spec, view, render) {
+function tools(spec, view, turned) {
   const turn = (axis) => spec[axis].both && h('button', { type: 'button', class: 'quiet', 'aria-pressed':
     String(view[axis] === 'log'), onclick: ({ currentTarget }) => {
     view[axis] = view[axis] === 'log' ? 'linear' : 'log';
     view.zoom = null;
     currentTarget.setAttribute('aria-pressed', String(view[axis] === 'log'));
-    render();
+    turned();
   } }, `log ${axis}`);
   const file = spec.file ?? 'plot';
   return h('span', { class: 'tools' }, turn('x'), turn('y'),
-    h('button', { type: 'button', class: 'quiet', onclick: () => { view.zoom = null; render(); } }, 'whole'),
+    h('button', { type: 'button', class: 'quiet', onclick: () => { view.zoom = null; turned(); } }, 'whole'),
     h('button', { type: 'button', class: 'quiet', 'data-save': 'svg', onclick: () =>
       download(`${file}.svg`, 'image/svg+xml', svgText(view.drawn.svg)) }, 'SVG'),
     h('button', { type: 'button', class: 'quiet', 'data-save': 'csv', onclick: () =>
@@ -99,7 +121,7 @@ function tools(spec, view, render) {
 }
 
 // Dragging over a part shows that part alone; a double click the whole again.
-function pointer(paper, view, { nearest, mark, render }) {
+function pointer(paper, view, { nearest, mark, turned }) {
   let start = null, box = null;
   const place = (event) => {
     const frame = paper.getBoundingClientRect();
@@ -128,7 +150,7 @@ function pointer(paper, view, { nearest, mark, render }) {
     if (start && box && Math.abs(px - start[0]) > 5 && Math.abs(py - start[1]) > 5) {
       view.zoom = { x: [x.back(Math.min(px, start[0])), x.back(Math.max(px, start[0]))],
                     y: [y.back(Math.max(py, start[1])), y.back(Math.min(py, start[1]))] };
-      render();
+      turned();
     }
     box?.remove();
     start = box = null;
@@ -141,11 +163,11 @@ function pointer(paper, view, { nearest, mark, render }) {
       mark();
     }
   });
-  paper.addEventListener('dblclick', () => { view.zoom = null; render(); });
+  paper.addEventListener('dblclick', () => { view.zoom = null; turned(); });
 }
 
 // Left and right read the points of a curve, up and down go from curve to curve.
-function keys(paper, view, { nearest, mark, render }) {
+function keys(paper, view, { mark, turned }) {
   const readable = () => view.shown.marks.filter((m) =>
     ['points', 'bars', 'steps', 'line'].includes(m.kind) && !m.silent && m.x.length);
   paper.addEventListener('keydown', (event) => {
@@ -163,10 +185,10 @@ function keys(paper, view, { nearest, mark, render }) {
       const { x, y } = view.drawn, share = event.key === '+' ? 0.25 : -0.5;
       const cut = (a) => [a.back(a.from + (a.to - a.from) * share), a.back(a.to - (a.to - a.from) * share)];
       view.zoom = { x: cut(x), y: cut(y) };
-      render();
+      turned();
     } else if (event.key === '0' || event.key === 'Escape') {
       view.zoom = view.at = null;
-      render();
+      turned();
     } else {
       return;
     }

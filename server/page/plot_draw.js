@@ -4,7 +4,7 @@
 // marks: { kind, series, ... } in the order of drawing:
 //   line    x, y [, dash]             band   x, low, high
 //   points  x, y [, error]            steps  x, y (bins around x)      bars  x, y [, error]
-//   level   y                         slope  x, y (two ends; dotted)
+//   level   y                         slope  x, y [, other] (dotted, or short strokes)
 // `series` is a number: colour, shape and dash go by it; from STYLES on shapes are hollow.
 import { s } from './dom.js';
 import { range, scale } from './plot_scale.js';
@@ -113,7 +113,7 @@ function through(xs, ys, x, y) {
 const kinds = {
   line: (mark, x, y) => s('path', { class: style(mark, `line ${mark.dash ? 'dash' : ''}`),
                                     d: through(mark.x, mark.y, x, y) }),
-  slope: (mark, x, y) => s('path', { class: 'guide', d: through(mark.x, mark.y, x, y) }),
+  slope: (mark, x, y) => s('path', { class: mark.other ? 'guide other' : 'guide', d: through(mark.x, mark.y, x, y) }),
   level: (mark, x, y) => s('path', { class: 'guide', d: `M${x.from} ${round(y.at(mark.y))}H${x.to}` }),
   band: (mark, x, y) => {
     const floor = isLog(y) ? y.low : -Infinity;
@@ -183,8 +183,8 @@ const shapes = [
 export function key(series, kind) {
   const svg = s('svg', { class: 'plot key', width: 30, height: 12, viewBox: '0 0 30 12', 'aria-hidden': 'true' });
   const plain = { at: (v) => v, from: 12, to: 0, low: 0 };
-  if (kind === 'guide')
-    svg.append(s('path', { class: 'guide', d: 'M1 6H29' }));
+  if (kind === 'guide' || kind === 'other guide')
+    svg.append(s('path', { class: kind === 'guide' ? 'guide' : 'guide other', d: 'M1 6H29' }));
   if (kind === 'line' || kind === 'both' || kind === 'dash')
     svg.append(s('path', { class: style({ series }, kind === 'dash' ? 'line dash' : 'line'), d: 'M1 6H29' }));
   if (kind === 'points' || kind === 'both')

@@ -3,7 +3,8 @@
 // the extremes.
 import { ask, curl } from './api.js';
 import { action, h, replace, shellLine } from './dom.js';
-import { note, put, value } from './place.js';
+import { note, place, put, value } from './place.js';
+import { withoutPlots } from './plot_state.js';
 import { plot } from './plot.js';
 import { stability } from './stability.js';
 import { num } from './words.js';
@@ -18,7 +19,7 @@ export async function show(main, { query }, signal) {
   let error = ERRORS.some(([name]) => name === value(query, 'error')) ? value(query, 'error') : 'density_l1';
   const pick = h('select', { id: 'error', onchange: () => {
     error = pick.value;
-    note(put(query, 'error', error));
+    note(put(withoutPlots(place().query), 'error', error));
     if (report)
       draw();
   } }, ERRORS.map(([name, text]) => h('option', { value: name }, text)));
@@ -75,7 +76,7 @@ export async function show(main, { query }, signal) {
         });
         if (!marks.length)
           return [];
-        return [h('div', null, plot({ title: scene.name, marks, legend, height: 340, file: `work-precision-${scene.name}`,
+        return [h('div', null, plot({ title: scene.name, marks, legend, height: 340, key: scene.name, file: `work-precision-${scene.name}`,
           x: { label: 'cost: ns of one core per rod and unit of time', name: 'cost', kind: 'log', both: true },
           y: { label: ERRORS.find(([name]) => name === error)[1], name: error, kind: 'log', both: true },
           curl: [curl(`${WORK}.csv`)] }), costs(scene))];

@@ -5,8 +5,9 @@ import { parseAxis } from './axes.js';
 import { action, h, replace, shellLine } from './dom.js';
 import { family, picture } from './family.js';
 import { show as written } from './heat.js';
-import { link, note, put, value } from './place.js';
+import { link, note, place, put, value } from './place.js';
 import { stateWord, submitLink } from './parts.js';
+import { withoutPlots } from './plot_state.js';
 import { axisName, isCurve, isSeed, scalar, scalarsOf } from './points.js';
 import { moment, nameOf, num, observableNames, states } from './words.js';
 
@@ -14,18 +15,17 @@ export const title = 'Sweep';
 const ROWS = 200; // of the table, at first
 
 export async function show(main, { id, query }, signal) {
-  let sweep = await get(`/v1/sweeps/${id}`, signal), points = [], loading = null, shown = ROWS;
-  let state = query;
+  let sweep = await get(`/v1/sweeps/${id}`, signal), points = [], loading = null;
+  let shown = Math.max(ROWS, Number(value(query, 'rows')) || 0);
   const observables = Object.keys(sweep.base.observables ?? {}).filter((name) => name !== 'trajectory');
   const head = h('div'), choices = h('div', { class: 'row' }), plots = h('div', { class: 'plots' });
   const table = h('div'), told = h('p', { class: 'note', role: 'status' });
   replace(main, head, choices, told, plots, table);
-  const chosen = (name, usual) => value(state, name) ?? usual;
+  const chosen = (name, usual) => value(place().query, name) ?? usual;
   const observable = () => (observables.includes(chosen('of')) ? chosen('of') : observables[0]);
 
   function set(name, text) {
-    state = put(state, name, text);
-    note(state);
+    note(put(withoutPlots(place().query), name, text)); // zoomed into was what was drawn before
     draw();
   }
 
@@ -149,6 +149,7 @@ export async function show(main, { id, query }, signal) {
         scalars.map((name) => h('td', { class: 'number' }, p.table ? num(scalar(p.table, name)) : ''))))))),
       points.length > shown && h('button', { type: 'button', onclick: () => {
         shown += 5 * ROWS;
+        note(put(place().query, 'rows', shown));
         draw();
       } }, `More (${points.length - shown})`));
   }

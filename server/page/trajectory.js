@@ -4,6 +4,7 @@
 // which they are handed on, are seen as they move. Drawn into part of it: that part alone.
 import { h, replace, s } from './dom.js';
 import { range, scale } from './plot_scale.js';
+import { keep, kept, printRange, readRange } from './plot_state.js';
 import { csvText, download, svgText } from './save.js';
 import { num } from './words.js';
 
@@ -43,7 +44,16 @@ export function trajectory(record, table, lines) {
   const { job } = record, data = frames(table);
   const fold = job.boundary === 'periodic' ? (x) => x - job.length * Math.floor(x / job.length) : (x) => x;
   const whole = { t: range('linear', data.times), x: [0, job.length] };
-  const view = { ...whole, gap: 0.02 * (job.diameter || 1), drawn: null };
+  const { in: zoom = [], gap: [kept0] = [] } = kept('trajectory'), usual = 0.02 * (job.diameter || 1);
+  const view = { t: readRange(zoom.slice(0, 2)) ?? whole.t, x: readRange(zoom.slice(2)) ?? whole.x,
+                 gap: kept0 !== undefined && Number(kept0) >= 0 ? Number(kept0) : usual, drawn: null };
+  // Drawn anew as the reader wants it, and the link says how.
+  function turned() {
+    const all = view.t === whole.t && view.x === whole.x;
+    keep('trajectory', { in: !all && [...printRange(view.t), ...printRange(view.x)],
+                         gap: view.gap !== usual && [String(view.gap)] });
+    render();
+  }
   const paper = h('div', { class: 'paper', tabindex: '0', role: 'group',
     'aria-label': 'Rods in space and time. Plus and minus zoom, arrow keys move, 0 shows all.' });
   const says = h('p', { class: 'says', 'aria-live': 'polite' });
@@ -65,13 +75,13 @@ export function trajectory(record, table, lines) {
   const share = (gap) => clustered(data, job, gap).reduce((sum, v) => sum + v, 0) /
     Math.max(1, data.times.length * data.many);
   const gap = h('input', { id: `gap-${record.id}`, type: 'number', min: 0, step: 'any', value: num(view.gap, 3),
-    onchange: ({ target }) => { view.gap = Math.max(0, Number(target.value) || 0); tell(); render(); } });
+    onchange: ({ target }) => { view.gap = Math.max(0, Number(target.value) || 0); tell(); turned(); } });
   const tell = () => {
     says.textContent = `${num(100 * share(view.gap), 3)} % of all rods and times are in clusters: ` +
       'broad lines of the second colour.';
   };
 
-  drag(paper, view, render, whole);
+  drag(paper, view, turned, whole);
   paper.addEventListener('keydown', (event) => {
     const spread = ([a, b], f) => [(a + b) / 2 - (b - a) / 2 * f, (a + b) / 2 + (b - a) / 2 * f];
     const shift = ([a, b], f) => [a + (b - a) * f, b + (b - a) * f];
@@ -86,7 +96,7 @@ export function trajectory(record, table, lines) {
       return;
     event.preventDefault();
     moves[event.key]();
-    render();
+    turned();
   });
   new ResizeObserver(() => {
     if (Math.abs(Math.floor(paper.clientWidth) - view.width) > 1)
@@ -97,7 +107,7 @@ export function trajectory(record, table, lines) {
   const csv = () => csvText(['time', 'rod', 'x'], table.time.map((t, i) => [t, table.rod[i], table.x[i]]));
   return h('figure', { class: 'figure wide' }, h('figcaption', null, h('h3', null, 'Space and time'),
     h('span', { class: 'tools' }, h('label', { for: `gap-${record.id}` }, 'in a cluster: gap up to '), gap,
-      h('button', { type: 'button', class: 'quiet', onclick: () => { Object.assign(view, whole); render(); } }, 'whole'),
+      h('button', { type: 'button', class: 'quiet', onclick: () => { Object.assign(view, whole); turned(); } }, 'whole'),
       h('button', { type: 'button', class: 'quiet', 'data-save': 'svg', onclick: () =>
         download(`trajectory-${record.id}.svg`, 'image/svg+xml', svgText(view.drawn.svg)) }, 'SVG'),
       h('button', { type: 'button', class: 'quiet', 'data-save': 'csv', onclick: () =>
@@ -162,7 +172,7 @@ function frame(t, x, height) {
   return group;
 }
 
-function drag(paper, view, render, whole) {
+function drag(paper, view, turned, whole) {
   let start = null, box = null;
   const place = (event) => {
     const { left, top } = paper.getBoundingClientRect();
@@ -188,7 +198,7 @@ function drag(paper, view, render, whole) {
       if (Math.abs(px - start[0]) > 5 && Math.abs(py - start[1]) > 5) {
         view.t = [t.back(Math.min(px, start[0])), t.back(Math.max(px, start[0]))];
         view.x = [x.back(Math.max(py, start[1])), x.back(Math.min(py, start[1]))];
-        render();
+        turned();
       }
     }
     box?.remove();
@@ -196,5 +206,5 @@ function drag(paper, view, render, whole) {
   };
   paper.addEventListener('pointerup', end);
   paper.addEventListener('pointerleave', end);
-  paper.addEventListener('dblclick', () => { Object.assign(view, whole); render(); });
+  paper.addEventListener('dblclick', () => { Object.assign(view, whole); turned(); });
 }

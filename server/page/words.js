@@ -75,7 +75,7 @@ export function summary(job) {
     words.push(`f ${num(job.force)}`);
   if (interaction)
     words.push(interaction.type === 'sticky' ? `γ ${num(interaction.strength)}` : interaction.type);
-  return words.join('  ');
+  return words.join(' · ');
 }
 
 export const nameOf = (record) => record.label || record.id;

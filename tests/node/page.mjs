@@ -89,6 +89,54 @@ await test('another job lies over it, and the link holds that', async () => {
   expect((await tab.locator('.paper').first().locator('.s1 .shape').count()) === 1);
 });
 
+await test('the link holds axes, zoom and what is hidden, of each plot', async () => {
+  const figure = tab.locator('.figure').first(), before = tab.url();
+  const seen = async () => ({ labels: await figure.locator('.paper .axes text').allTextContents(),
+                              shapes: await figure.locator('.paper .shape').count() });
+  const whole = await seen();
+  await figure.getByRole('button', { name: 'log y' }).click();
+  await figure.locator('.paper').focus();
+  await tab.keyboard.press('+');
+  await figure.getByLabel('shorter rods').uncheck();
+  const mine = await seen(), link = tab.url();
+  expect(mine.shapes === 1 && whole.shapes === 2 && mine.labels.join() !== whole.labels.join(), whole, mine);
+  expect(link.startsWith(`${before}&plot.msd=y:linear,in:`) && link.endsWith(',off:c1'), link);
+  const other = await openTab(browser);
+  await other.tab.goto(link);
+  const there = other.tab.locator('.figure').first();
+  await there.locator('.paper svg').waitFor();
+  expect((await there.locator('.paper .axes text').allTextContents()).join() === mine.labels.join(), mine.labels);
+  expect(!(await there.getByLabel('shorter rods').isChecked()) && (await there.locator('.paper .shape').count()) === 1);
+  expect((await other.tab.locator('.paper').nth(1).locator('.shape').count()) === 2, 'other plots');
+  expect(other.faults.length === 0, other.faults);
+  await other.tab.goto(`${before}&plot.msd=y:none,in:3:1:x,off:nobody,:,gap`); // nonsense is passed over
+  await other.tab.reload();
+  await there.locator('.paper svg').waitFor();
+  expect((await there.locator('.paper .axes text').allTextContents()).join() === whole.labels.join(), whole.labels);
+  expect(other.faults.length === 0, other.faults);
+  await other.context.close();
+  await figure.getByRole('button', { name: 'log y' }).click(); // shows the whole, too
+  await figure.getByLabel('shorter rods').check();
+  expect(tab.url() === before, tab.url());
+});
+
+await test('slopes have error bars; the law t^½ is known, or is fitted where the curve is like it', async () => {
+  const slopes = tab.locator('.figure', { hasText: 'Local slope' });
+  expect((await slopes.locator('.points .error').first().getAttribute('d')).split('M').length > 4, 'bars');
+  const found = await tab.evaluate(async () => {
+    const { localSlope, rootOfTime, singleFile } = await import('/page/guides.js');
+    const lag = [0.01, 0.1, 1, 10, 100, 1000, 10000], bend = lag.map((t) => 2 * t / (1 + t / Math.sqrt(t))); // 2 t, then 2 t^(1/2)
+    return { slope: localSlope([1, 2, 4], [3, 6, 12], [0.3, 9, 0.9]), root: rootOfTime({ lag, msd: bend }),
+             none: rootOfTime({ lag, msd: lag }),
+             known: singleFile({ job: { particles: 50, length: 100, diameter: 0.5, boundary: 'periodic' }, derived: { diffusion: Math.PI } }),
+             wells: singleFile({ job: { particles: 50, length: 100, diameter: 0.5, boundary: 'periodic', potential: {} }, derived: {} }) };
+  });
+  const near = (a, b) => Math.abs(a - b) < 1e-9;
+  expect(near(found.slope.y[0], 1) && near(found.slope.error[0], Math.hypot(0.1, 0.075) / Math.log(4)), found);
+  expect(found.root.from === 100 && found.root.to === 1000 && found.root.factor > 1.5 && found.root.factor < 2, found);
+  expect(found.none === null && near(found.known, 3) && found.wells === null, found);
+});
+
 await test('plots are saved as SVG and CSV', async () => {
   const save = async (kind) => {
     const [file] = await Promise.all([tab.waitForEvent('download'),
