@@ -316,6 +316,15 @@ void bcd_run_save(const struct bcd_run *run, void *bytes);
 enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t size,
                                 struct bcd_error *error);
 
+/* The same without a copy, for large ones of which little has changed: a checkpoint is a head of
+ * BCD_CHECKPOINT_HEAD bytes and pieces of BCD_CHECKPOINT_PIECE, the last one of what is left.
+ * _checkpoint_piece: borrowed until the run moves or is freed. _checkpoint_head writes the head,
+ * and sums[pieces]: pieces whose sums are those of another moment are the same, too. */
+enum { BCD_CHECKPOINT_HEAD = 48, BCD_CHECKPOINT_PIECE = 1 << 16 };
+size_t bcd_run_checkpoint_pieces(const struct bcd_run *run);
+const void *bcd_run_checkpoint_piece(const struct bcd_run *run, size_t piece, size_t *size);
+void bcd_run_checkpoint_head(const struct bcd_run *run, void *head, uint64_t *sums);
+
 /* What a finished run measured. Borrowed from the run. */
 const struct bcd_tally *bcd_run_tally(const struct bcd_run *run);
 

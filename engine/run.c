@@ -53,7 +53,7 @@ struct bcd_run {
     struct arena kept, scratch;
     struct bcd_watch *watch; /* may be NULL */
     double watched_bytes;    /* that it knows of */
-    enum bcd_status status; /* not OK: a realization could not begin */
+    enum bcd_status status;  /* not OK: a realization could not begin */
 };
 
 /* ------------------------------------------------------------------ making */
@@ -506,6 +506,8 @@ static uint64_t checkpoint_identity(const struct bcd_run *run)
     return blob_hash(&run->first, sizeof run->first, scene_identity(run->scene));
 }
 
+_Static_assert((int)BCD_CHECKPOINT_HEAD == (int)BLOB_HEADER_SIZE, "a checkpoint is a blob");
+
 size_t bcd_run_checkpoint_size(const struct bcd_run *run)
 {
     return BLOB_HEADER_SIZE + run->kept.used;
@@ -515,6 +517,33 @@ void bcd_run_save(const struct bcd_run *run, void *bytes)
 {
     memcpy((char *)bytes + BLOB_HEADER_SIZE, run->kept.bytes, run->kept.used);
     blob_seal(bytes, BLOB_CHECKPOINT, checkpoint_identity(run), bcd_run_checkpoint_size(run));
+}
+
+size_t bcd_run_checkpoint_pieces(const struct bcd_run *run)
+{
+    return blob_pieces(bcd_run_checkpoint_size(run));
+}
+
+const void *bcd_run_checkpoint_piece(const struct bcd_run *run, size_t piece, size_t *size)
+{
+    size_t from = piece * BLOB_PIECE_SIZE, left = run->kept.used - from;
+    assert(from < run->kept.used);
+    *size = left < BLOB_PIECE_SIZE ? left : BLOB_PIECE_SIZE;
+    return run->kept.bytes + from;
+}
+
+void bcd_run_checkpoint_head(const struct bcd_run *run, void *head, uint64_t *sums)
+{
+    const struct blob_pieces pieces = {.kind = BLOB_CHECKPOINT,
+                                       .identity = checkpoint_identity(run),
+                                       .size = bcd_run_checkpoint_size(run),
+                                       .sums = sums};
+    for (size_t i = 0; i < blob_pieces(pieces.size); i++) {
+        size_t size;
+        const void *piece = bcd_run_checkpoint_piece(run, i, &size);
+        sums[i] = blob_piece_sum(piece, size);
+    }
+    blob_seal_pieces(head, &pieces);
 }
 
 enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t size,
