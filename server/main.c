@@ -105,7 +105,6 @@ static int serve(const struct config *config)
         goto cleanup;
     atomic_store(&service.http, http);
     feed_wake(service.feed, wake, http);
-    theory_keeper_wake(service.theories, wake, http);
     announce(config, http_port(http));
     notify_manager("READY=1");
     sigwait(&ending, &number);
@@ -117,16 +116,14 @@ cleanup:
         fprintf(stderr, "bcdd: %s\n", reason);
     if (service.feed)
         feed_wake(service.feed, NULL, NULL);
-    aside_stop(service.aside); /* they call http.c */
-    aside_stop(service.drawing);
-    theory_keeper_wake(service.theories, NULL, NULL);
+    for (int i = 0; i < LANES; i++)
+        aside_stop(service.lane[i]); /* they call http.c */
     http_stop(http);
-    aside_free(service.aside);
-    aside_free(service.drawing);
+    for (int i = 0; i < LANES; i++)
+        aside_free(service.lane[i]);
     if (service.queue)
         queue_stop(service.queue);
     report_keeper_free(service.reports);
-    theory_keeper_free(service.theories);
     workers_stop(service.workers);
     feed_free(service.feed);
     queue_free(service.queue);
@@ -145,11 +142,14 @@ static bool start_threads(const struct config *config, struct service *service, 
         return false;
     }
     workers_step_back(service->workers, config->nice);
-    service->aside = aside_create("sweeps");
-    service->drawing = aside_create("drawing");
-    if (!service->aside || !service->drawing)
-        snprintf(reason, size, "the threads for sweeps cannot be had");
-    return service->aside && service->drawing;
+    for (int i = LANE_NONE + 1; i < LANES; i++) {
+        service->lane[i] = aside_create(&aside_rules[i]);
+        if (!service->lane[i]) {
+            snprintf(reason, size, "the threads for long requests cannot be had");
+            return false;
+        }
+    }
+    return true;
 }
 
 /* The queue with what was in motion, and what stands around it. */
@@ -162,8 +162,7 @@ static bool begin_queue(struct service *service, const struct job_limits *limits
         feed_create(&service->feed, service->store, service->queue) != STORE_OK)
         return false;
     service->reports = report_keeper_create(service->store);
-    service->theories = theory_keeper_create(service->queue);
-    return service->reports && service->theories;
+    return service->reports != NULL;
 }
 
 static void observe(void *context, const struct http_done *done)

@@ -10,11 +10,35 @@
 
 enum { HEADERS = 5, TEXTS = HEADERS + 2 * LIMIT_QUERY_MAX, HOLD_MS = 60000 };
 
+const struct aside_rules aside_rules[LANES] = {
+    [LANE_SWEEPS] = {.name = "sweeps",
+                     .waiting_max = LIMIT_ASIDE_MAX,
+                     .full = "so many sweeps wait to be taken already (LIMIT_ASIDE_MAX)",
+                     .settles = true},
+    [LANE_DRAWINGS] = {.name = "drawing",
+                       .waiting_max = LIMIT_ASIDE_MAX,
+                       .full = "so many pictures wait to be drawn already (LIMIT_ASIDE_MAX)",
+                       .settles = true},
+    [LANE_THEORIES] = {.name = "theory",
+                       .waiting_max = LIMIT_ASIDE_MAX,
+                       .full = "so many theories wait to be computed already (LIMIT_ASIDE_MAX)",
+                       .owner_max = LIMIT_THEORY_OWNER_MAX,
+                       .enough = "so many of yours wait, or are being computed "
+                                 "(LIMIT_THEORY_OWNER_MAX)",
+                       .ends = true},
+    [LANE_BACKUPS] = {.name = "backup",
+                      .full = "another backup is being made or sent",
+                      .ends = true,
+                      .ms_max = LIMIT_BACKUP_MS},
+};
+
 /* THREADS  Who works at it fills in the reply before `done` is set, whoever takes the reply looks
  * at `done` first. The rest does not change, but for `next`: under the aside's mutex. */
 struct errand {
     atomic_int holders; /* the connection's hold, and the aside until it is done with it */
+    atomic_int stop;    /* nobody waits for it any more */
     atomic_bool done;
+    bool ends;
     handler *handle;
     const struct service *service;
     struct call call;
@@ -25,12 +49,12 @@ struct errand {
     struct errand *next;
 };
 
-/* THREADS  `mutex` guards all but thread and running. */
+/* THREADS  `mutex` guards all but rules, thread and running. */
 struct aside {
+    const struct aside_rules *rules;
     pthread_mutex_t mutex;
     pthread_cond_t moved; /* something came, or is done, or it is to stop */
-    struct errand *first, *last;
-    size_t waiting;
+    struct errand *first, *last, *current;
     bool stop;
     pthread_t thread;
     bool running;
@@ -39,24 +63,27 @@ struct aside {
 static struct errand *begin(struct aside *aside, handler *handle, const struct service *service,
                             const struct call *call, struct reply *reply);
 static struct errand *copy(const struct call *call);
-static bool push(struct aside *aside, struct errand *errand);
+static const char *push(struct aside *aside, struct errand *errand);
+static const char *refusal(const struct aside *aside, const struct errand *errand);
 static void *work(void *aside);
-static struct errand *pop(struct aside *aside);
+static struct errand *pop(struct aside *aside, bool *refuse);
 static void answer(struct aside *aside, struct errand *errand, bool refuse);
 static bool is_done(void *errand);
-static void release(void *errand);
+static void leave(void *errand);
+static void release(struct errand *errand);
 static void pulse(const struct service *service);
 
-struct aside *aside_create(const char *name)
+struct aside *aside_create(const struct aside_rules *rules)
 {
     struct aside *aside = calloc(1, sizeof(*aside));
     if (!aside)
         return NULL;
+    aside->rules = rules;
     pthread_mutex_init(&aside->mutex, NULL);
     pthread_cond_init(&aside->moved, NULL);
     aside->running = pthread_create(&aside->thread, NULL, work, aside) == 0;
     if (aside->running) {
-        pthread_setname_np(aside->thread, name);
+        pthread_setname_np(aside->thread, rules->name);
         return aside;
     }
     aside_free(aside);
@@ -69,6 +96,8 @@ void aside_stop(struct aside *aside)
         return;
     pthread_mutex_lock(&aside->mutex);
     aside->stop = true;
+    if (aside->current && aside->rules->ends)
+        atomic_store(&aside->current->stop, 1);
     pthread_cond_broadcast(&aside->moved);
     pthread_mutex_unlock(&aside->mutex);
     if (aside->running)
@@ -100,19 +129,25 @@ void aside_answer(struct aside *aside, handler *handle, const struct service *se
             pthread_cond_wait(&aside->moved, &aside->mutex);
         pthread_mutex_unlock(&aside->mutex);
     }
-    if (!atomic_load(&errand->done)) {
+    int64_t left_ms = aside->rules->ms_max - call->request->waited_ms;
+    if (atomic_load(&errand->done)) {
+        reply_fini(reply);
+        *reply = errand->reply;
+        errand->reply = (struct reply){0};
+        if (!call->request->held)
+            release(errand);
+    } else if (aside->rules->ms_max > 0 && left_ms <= 0) {
+        reply_problem(reply, PROBLEM_BUSY, "it takes longer than %lld s",
+                      (long long)aside->rules->ms_max / 1000);
+    } else {
+        bool soon = aside->rules->ms_max > 0 && left_ms < HOLD_MS;
         if (call->request->held) /* the hold before is let go of */
             atomic_fetch_add(&errand->holders, 1);
-        reply_hold_take(
-            reply, &(const struct hold){
-                       .ready = is_done, .free = release, .state = errand, .wait_ms = HOLD_MS});
-        return;
+        reply_hold_take(reply, &(const struct hold){.ready = is_done,
+                                                    .free = leave,
+                                                    .state = errand,
+                                                    .wait_ms = soon ? left_ms : HOLD_MS});
     }
-    reply_fini(reply);
-    *reply = errand->reply;
-    errand->reply = (struct reply){0};
-    if (!call->request->held)
-        release(errand);
 }
 
 /* NULL with the reply filled. */
@@ -126,16 +161,16 @@ static struct errand *begin(struct aside *aside, handler *handle, const struct s
     }
     errand->handle = handle;
     errand->service = service;
+    errand->ends = aside->rules->ends;
     errand->reply.route = reply->route;
     memcpy(errand->reply.owner, reply->owner, sizeof(errand->reply.owner));
     atomic_init(&errand->holders, 2);
-    if (push(aside, errand))
+    const char *why = push(aside, errand);
+    if (!why)
         return errand;
     atomic_store(&errand->holders, 1);
     release(errand);
-    reply_problem(reply, PROBLEM_BUSY,
-                  "%d requests wait for a long one already (LIMIT_ASIDE_MAX), or the server stops",
-                  LIMIT_ASIDE_MAX);
+    reply_problem(reply, PROBLEM_BUSY, "%s", why);
     return NULL;
 }
 
@@ -148,6 +183,7 @@ static struct errand *copy(const struct call *call)
         return NULL;
     errand->call = *call;
     errand->call.request = &errand->request;
+    errand->call.stop = &errand->stop;
     errand->request = (struct request){.body_size = from->body_size, .last = true};
     const struct {
         const char *text, **to;
@@ -183,42 +219,60 @@ static struct errand *copy(const struct call *call)
     return NULL;
 }
 
-static bool push(struct aside *aside, struct errand *errand)
+/* NULL, or why not. */
+static const char *push(struct aside *aside, struct errand *errand)
 {
     pthread_mutex_lock(&aside->mutex);
-    bool taken = !aside->stop && aside->waiting < LIMIT_ASIDE_MAX;
-    if (taken) {
+    const char *why = refusal(aside, errand);
+    if (!why) {
         if (aside->last)
             aside->last->next = errand;
         else
             aside->first = errand;
         aside->last = errand;
-        aside->waiting++;
         pthread_cond_broadcast(&aside->moved);
     }
     pthread_mutex_unlock(&aside->mutex);
-    return taken;
+    return why;
+}
+
+/* What nobody waits for any more is in nobody's way, but for the one that is just ending. */
+static const char *refusal(const struct aside *aside, const struct errand *errand)
+{
+    const struct aside_rules *rules = aside->rules;
+    size_t all = aside->current != NULL, own = 0;
+    if (aside->stop)
+        return "the server is stopping";
+    for (const struct errand *other = aside->first; other; other = other->next) {
+        if (atomic_load(&other->stop))
+            continue;
+        all++;
+        own += strcmp(other->call.identity.owner, errand->call.identity.owner) == 0;
+    }
+    if (aside->current && !atomic_load(&aside->current->stop))
+        own += strcmp(aside->current->call.identity.owner, errand->call.identity.owner) == 0;
+    if (rules->owner_max > 0 && own >= rules->owner_max)
+        return rules->enough;
+    return all > rules->waiting_max ? rules->full : NULL;
 }
 
 static void *work(void *context)
 {
     struct aside *aside = context;
     struct errand *errand;
-    while ((errand = pop(aside)) != NULL) {
-        pthread_mutex_lock(&aside->mutex);
-        bool refuse = aside->stop;
-        pthread_mutex_unlock(&aside->mutex);
+    bool refuse;
+    while ((errand = pop(aside, &refuse)) != NULL) {
         const struct service *service = errand->service;
         answer(aside, errand, refuse);
         /* What the store has put off, and those who wait for it need not know. */
-        if (!refuse && store_settle(service->store))
+        if (!refuse && aside->rules->settles && store_settle(service->store))
             pulse(service);
     }
     return NULL;
 }
 
 /* NULL = there is none, and there will be none. */
-static struct errand *pop(struct aside *aside)
+static struct errand *pop(struct aside *aside, bool *refuse)
 {
     pthread_mutex_lock(&aside->mutex);
     while (!aside->first && !aside->stop)
@@ -227,8 +281,9 @@ static struct errand *pop(struct aside *aside)
     if (errand) {
         aside->first = errand->next;
         aside->last = aside->first ? aside->last : NULL;
-        aside->waiting--;
+        *refuse = aside->stop || atomic_load(&errand->stop);
     }
+    aside->current = errand;
     pthread_mutex_unlock(&aside->mutex);
     return errand;
 }
@@ -241,6 +296,7 @@ static void answer(struct aside *aside, struct errand *errand, bool refuse)
     else
         errand->handle(service, &errand->call, &errand->reply);
     pthread_mutex_lock(&aside->mutex);
+    aside->current = NULL;
     atomic_store(&errand->done, true);
     pthread_cond_broadcast(&aside->moved);
     pthread_mutex_unlock(&aside->mutex);
@@ -253,9 +309,17 @@ static bool is_done(void *errand)
     return atomic_load(&((struct errand *)errand)->done);
 }
 
-static void release(void *state)
+/* A hold is freed: the only one, or the one before. */
+static void leave(void *state)
 {
     struct errand *errand = state;
+    if (errand->ends && atomic_load(&errand->holders) <= 2) /* this one and the aside */
+        atomic_store(&errand->stop, 1);
+    release(errand);
+}
+
+static void release(struct errand *errand)
+{
     if (atomic_fetch_sub(&errand->holders, 1) > 1)
         return;
     for (size_t i = 0; i < TEXTS; i++)

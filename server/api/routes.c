@@ -53,8 +53,8 @@ static void go(const struct service *service, const struct route *route, const s
                struct reply *reply)
 {
     bool reads = strcmp(route->method, "GET") == 0 || route->role <= ROLE_READER;
-    struct aside *aside = reads ? service->drawing : service->aside;
-    if (route->aside && aside)
+    struct aside *aside = service->lane[route->lane];
+    if (aside)
         aside_answer(aside, route->handle, service, call, reply);
     else if (reads || !must_wait(service, call->request, reply))
         route->handle(service, call, reply);
@@ -71,7 +71,7 @@ static bool must_wait(const struct service *service, const struct request *reque
                       struct reply *reply)
 {
     enum { LOOK_MS = 10000 };
-    if (!service->aside || request->last || !store_busy(service->store))
+    if (!service->lane[LANE_SWEEPS] || request->last || !store_busy(service->store))
         return false;
     reply_hold_take(reply, &(const struct hold){
                                .ready = may_write, .state = service->store, .wait_ms = LOOK_MS});

@@ -59,7 +59,7 @@ struct route {
     /* Other parameters too: filters on what jobs hold, which the handler refuses or not. */
     bool filters;
     bool idempotency_key; /* the handler reads that header */
-    bool aside;           /* it may take seconds (aside.h) */
+    enum lane lane;       /* it may take seconds */
     const char *body;     /* schema of the request body; NULL = none is read */
     const char *example;  /* of the body, JSON */
     struct route_answer answers[ROUTE_ANSWERS_MAX];

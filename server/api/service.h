@@ -13,7 +13,6 @@
 #include "report_keeper.h"
 #include "store_jobs.h"
 #include "store_owners.h"
-#include "theory_keeper.h"
 #include "worker.h"
 
 #include <stdatomic.h>
@@ -25,15 +24,23 @@ struct stream_counts;
 
 enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 
+/* Where requests that may take seconds are answered (aside.h). */
+enum lane {
+    LANE_NONE,     /* at once */
+    LANE_SWEEPS,   /* that write */
+    LANE_DRAWINGS, /* of sweeps: they write nothing */
+    LANE_THEORIES,
+    LANE_BACKUPS,
+    LANES
+};
+
 /* What the daemon consists of, as far as requests are concerned. Borrowed. */
 struct service {
     struct store *store;
     struct queue *queue;
-    struct aside *aside;   /* NULL = long requests are answered at once, and so is who writes */
-    struct aside *drawing; /* the same for long requests that write nothing */
-    struct access *access; /* NULL = everybody is OWNER_LOCAL, and may do everything */
+    struct aside *lane[LANES]; /* NULL = long requests are answered at once, and so is who writes */
+    struct access *access;     /* NULL = everybody is OWNER_LOCAL, and may do everything */
     struct feed *feed;
-    struct theory_keeper *theories;        /* NULL = none are computed on request */
     atomic_flag *backup;                   /* set while one is made or sent; NULL = no limit */
     const struct description *description; /* NULL = made anew each time */
     struct stream_counts *streams;         /* open ones by owner; NULL = not counted */
@@ -47,6 +54,7 @@ struct service {
 struct call {
     const struct request *request;
     struct identity identity; /* who asks */
+    const atomic_int *stop;   /* not 0 = nobody waits for the answer any more; NULL = never */
     char arg[CALL_ARGS_MAX][CALL_ARG_SIZE];
 };
 

@@ -30,7 +30,8 @@ enum {
     LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of its answer */
     LIMIT_STREAMS_MAX = 500,               /* open event streams */
     LIMIT_MAP_CELLS_MAX = 10000,           /* of a heat map */
-    LIMIT_ASIDE_MAX = 16,                  /* sweeps that wait for another to be taken */
+    LIMIT_ASIDE_MAX = 16,                  /* long requests of a kind that wait for another */
+    LIMIT_THEORY_OWNER_MAX = 4,            /* POST /v1/theory of one owner, waiting or at work */
     LIMIT_HOLDS_MAX = 1000,                /* requests that wait for something to happen */
     LIMIT_WAIT_SECONDS_MAX = 60,           /* ?wait= */
     LIMIT_BACKUP_MS = 500000,              /* GET /v1/backup: until the copy is made and checked */
@@ -71,7 +72,6 @@ enum {
     LIMIT_SQL_PATTERN_BYTES_MAX = 1000,    /* of LIKE and GLOB */
     LIMIT_SQL_GRACE_MS = 1000,             /* past --timeout: one costly function may be at work */
     LIMIT_THEORIES_KEPT = 64,              /* exact equilibria, for other jobs of the same system */
-    LIMIT_THEORY_LEFT_MS = 500,            /* nobody waits for a theory any more: it is ended */
 };
 
 /* What a finished job leaves behind for others of its family. */

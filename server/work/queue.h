@@ -88,6 +88,9 @@ enum store_status queue_again(struct queue *queue, const char *id, int64_t least
  * store now and then, and when the queue is freed. */
 void queue_spend(struct queue *queue, const struct task *task, double seconds);
 
+/* The same for what an owner had done beside jobs. */
+void queue_spend_of(struct queue *queue, const char *owner, double seconds);
+
 /* The chunk was not finished (stopping, cancelled, failed) and goes back. */
 void queue_release(struct queue *queue, struct task *task);
 

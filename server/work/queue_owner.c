@@ -112,21 +112,38 @@ struct owner *owner_choose(struct queue *queue, bool *jumps)
 
 /* ---------------------------------------------------------------------- usage */
 
-void queue_spend(struct queue *queue, const struct task *task, double seconds)
+/* With the mutex held. */
+static void spend(struct queue *queue, struct owner *owner, double seconds)
 {
-    struct owner *owner = task->owner;
-    int64_t now_ms;
+    int64_t now_ms = owner_now_ms();
 
-    if (!(seconds > 0))
-        return;
-    pthread_mutex_lock(&queue->mutex);
-    now_ms = owner_now_ms();
     owner->usage = owner_decay(owner->usage, now_ms - owner->usage_ms) + seconds;
     owner->usage_ms = now_ms;
     owner->unsaved += seconds;
     if (!queue->saving && (now_ms >= queue->saved_ms + LIMIT_USAGE_SAVE_MS ||
                            now_ms < queue->saved_ms)) /* the clock was set back */
         owner_save_usage(queue);
+}
+
+void queue_spend(struct queue *queue, const struct task *task, double seconds)
+{
+    if (!(seconds > 0))
+        return;
+    pthread_mutex_lock(&queue->mutex);
+    spend(queue, task->owner, seconds);
+    pthread_mutex_unlock(&queue->mutex);
+}
+
+void queue_spend_of(struct queue *queue, const char *name, double seconds)
+{
+    struct owner *owner;
+
+    if (!(seconds > 0))
+        return;
+    pthread_mutex_lock(&queue->mutex);
+    owner = owner_find(queue, name);
+    if (owner) /* without memory it is a present */
+        spend(queue, owner, seconds);
     pthread_mutex_unlock(&queue->mutex);
 }
 

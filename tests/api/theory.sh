@@ -47,7 +47,7 @@ check "nor are there exact values for any number of bins" holds '
     .pair_distribution.theory == null and (.pair_distribution.theory_reason | test("too long"))'
 
 # ---- what takes seconds: one at a time, and everything else goes on meanwhile
-slow() { # rods: 9 take about half a minute, which is more than there is; 8 on 1000 a few seconds
+slow() { # rods: 9 take half a minute, more than there is; 8 on 1000 a few seconds
     printf '{"particles":%s,"length":%s,"diameter":0.5,"time":0.01,"time_step":0.001,' "$1" "$2"
     printf '"potential":{"type":"cosine","amplitude":6},"observables":{"density":{"bins":20}}}'
 }
@@ -58,17 +58,38 @@ slow 9 4000 >"$T/slow"
 curl -sS -m 1 -o "$T/left" --data-binary "@$T/slow" "$URL/v1/theory" 2>/dev/null &
 LEAVING=$!
 sleep 0.3
-job '"temperature":3,' >"$T/job"
+job '"frobnicate":0,' >"$T/job"
+before=$(date +%s%3N)
 ask POST /v1/theory --data-binary "@$T/job"
-check "another theory meanwhile is told to wait" test "$STATUS" = 503
-check "for how long" grep -qi '^retry-after:' "$T/head"
+check "what is wrong is told at once" test "$STATUS" = 422 -a "$(elapsed "$before")" -lt 1000
 before=$(date +%s%3N)
 ask GET /healthz
 check "other requests are served" test "$STATUS" = 200 -a "$(elapsed "$before")" -lt 1000
-wait "$LEAVING" 2>/dev/null
-sleep 1.5
+job '"temperature":3,' >"$T/job"
 ask POST /v1/theory --data-binary "@$T/job"
-check "a theory that nobody waits for any more is ended" test "$STATUS" = 200
+check "another theory waits for its turn" test "$STATUS" = 200
+check "which comes when nobody waits for the first any more" test "$(elapsed "$before")" -lt 8000
+wait "$LEAVING" 2>/dev/null
+ask GET /v1/owners
+check "it counts as the owner's" holds '.owners[0].core_seconds.today > 0.3'
+for i in 1 2 3 4; do # one at work, three wait
+    slow "$((9 + i))" 4000 >"$T/slow$i"
+    curl -sS -m 20 -o "$T/left$i" --data-binary "@$T/slow$i" "$URL/v1/theory" 2>/dev/null &
+    eval "LEAVING$i=\$!"
+done
+sleep 1
+ask POST /v1/theory --data-binary "@$T/job"
+check "so many of one owner and no more" test "$STATUS" = 503
+check "with the limit's name" holds '.detail | test("LIMIT_THEORY_OWNER_MAX")'
+check "ask again soon" grep -qi '^retry-after:' "$T/head"
+kill "$LEAVING1" "$LEAVING2" "$LEAVING3" "$LEAVING4"
+wait "$LEAVING1" "$LEAVING2" "$LEAVING3" "$LEAVING4" 2>/dev/null
+before=$(date +%s%3N)
+STATUS=503
+while [ "$STATUS" = 503 ] && [ "$(elapsed "$before")" -lt 8000 ]; do # that they left is seen soon
+    ask POST /v1/theory --data-binary "@$T/job"
+done
+check "they have left: their places are free" test "$STATUS" = 200
 printf '{"particles":5,"length":10,"diameter":0.5,"time":1,"observables":{"density":{"bins":1000000}}}' \
     >"$T/job"
 ask POST /v1/theory --data-binary "@$T/job"

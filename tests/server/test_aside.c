@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Long requests aside: held until they are answered, in order, so many and no more; whoever leaves,
- * and a server that stops. And who writes waits for the store without a thread. */
+ * Long requests aside: held until they are answered, in order, so many and no more, of one owner
+ * too; whoever leaves, what takes too long, and a server that stops. And who writes waits for the
+ * store without a thread. */
 #include "desk.h"
 
 #include "aside.h"
@@ -19,12 +20,15 @@
 /* Opened, the handler goes on. */
 struct gate {
     atomic_bool open;
-    atomic_int begun, passed;
+    atomic_int begun, passed, told;
 };
 
 struct fixture {
     struct desk desk;
     struct gate gate;
+    struct aside *aside;
+    const char *owner; /* who asks */
+    int64_t waited_ms;
 };
 
 static void pause_a_little(void)
@@ -36,8 +40,9 @@ static void slow(const struct service *service, const struct call *call, struct 
 {
     struct gate *gate = (struct gate *)service->reports; /* see set_up */
     atomic_fetch_add(&gate->begun, 1);
-    while (!atomic_load(&gate->open))
+    while (!atomic_load(&gate->open) && !atomic_load(call->stop))
         pause_a_little();
+    atomic_fetch_add(&gate->told, atomic_load(call->stop));
     atomic_fetch_add(&gate->passed, 1);
     char *text = NULL;
     if (asprintf(&text, "%d %s %s %s", atomic_load(&gate->passed), call->request->body,
@@ -53,8 +58,17 @@ static int set_up(void **state)
     if (desk_open(&f->desk) != 0)
         return -1;
     f->desk.service.reports = (struct report_keeper *)&f->gate; /* where the handler finds it */
-    f->desk.service.aside = aside_create("test");
-    return f->desk.service.aside ? 0 : -1;
+    f->owner = "eve";
+    f->desk.service.lane[LANE_SWEEPS] = f->aside = aside_create(&aside_rules[LANE_SWEEPS]);
+    return f->aside ? 0 : -1;
+}
+
+/* Goes by other rules from here on. */
+static void change_rules(struct fixture *f, const struct aside_rules *rules)
+{
+    aside_free(f->aside);
+    f->desk.service.lane[LANE_SWEEPS] = f->aside = aside_create(rules);
+    assert_non_null(f->aside);
 }
 
 static int tear_down(void **state)
@@ -62,7 +76,7 @@ static int tear_down(void **state)
     struct fixture *f = *state;
     atomic_store(&f->gate.open, true);
     reply_fini(&f->desk.reply);
-    aside_free(f->desk.service.aside);
+    aside_free(f->aside);
     desk_close(&f->desk);
     free(f);
     return 0;
@@ -77,9 +91,11 @@ static void ask_slow(struct fixture *f, const char *body, void *held, struct rep
                                     .idempotency_key = key,
                                     .body = copy,
                                     .body_size = strlen(copy),
+                                    .waited_ms = f->waited_ms,
                                     .held = held};
-    const struct call call = {.request = &request, .identity = {.owner = "eve"}};
-    aside_answer(f->desk.service.aside, slow, &f->desk.service, &call, reply);
+    struct call call = {.request = &request};
+    snprintf(call.identity.owner, sizeof(call.identity.owner), "%s", f->owner);
+    aside_answer(f->aside, slow, &f->desk.service, &call, reply);
     memset(copy, '!', strlen(body));
     free(copy);
     free(key);
@@ -110,12 +126,12 @@ static void await(struct fixture *f, struct reply *reply)
     assert_null(reply->hold.ready);
 }
 
-/* The first is being answered. */
-static void await_begun(struct fixture *f)
+/* So many have come to their handler. */
+static void await_begun(struct fixture *f, int count)
 {
-    for (int i = 0; i < 5000 && atomic_load(&f->gate.begun) == 0; i++)
+    for (int i = 0; i < 5000 && atomic_load(&f->gate.begun) < count; i++)
         pause_a_little();
-    assert_int_equal(atomic_load(&f->gate.begun), 1);
+    assert_int_equal(atomic_load(&f->gate.begun), count);
 }
 
 static void held_until_answered(void **state)
@@ -160,7 +176,7 @@ static void so_many_and_no_more(void **state)
     for (size_t i = 0; i < LIMIT_ASIDE_MAX + 1; i++) {
         begin(f, "x", &replies[i]);
         assert_non_null(replies[i].hold.ready);
-        await_begun(f);
+        await_begun(f, 1);
     }
     begin(f, "x", &more);
     assert_int_equal(more.status, 503);
@@ -171,6 +187,115 @@ static void so_many_and_no_more(void **state)
         assert_int_equal(replies[i].status, 200);
         reply_fini(&replies[i]);
     }
+}
+
+/* How many of these replies are held; the others are refused, in these words. */
+static size_t count_held(struct reply *replies, size_t count, const char *words)
+{
+    size_t held = 0;
+    for (size_t i = 0; i < count; i++) {
+        held += replies[i].hold.ready != NULL;
+        if (!replies[i].hold.ready) {
+            assert_int_equal(replies[i].status, 503);
+            assert_non_null(strstr(replies[i].body, words));
+        }
+    }
+    return held;
+}
+
+static void end_all(struct reply *replies, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        reply_fini(&replies[i]);
+}
+
+static const struct aside_rules ends_rules = {
+    .name = "test", .full = "full", .ends = true, .ms_max = 2000};
+
+static void await_told(struct fixture *f, int count)
+{
+    for (int i = 0; i < 5000 && atomic_load(&f->gate.told) < count; i++)
+        pause_a_little();
+    assert_int_equal(atomic_load(&f->gate.told), count);
+}
+
+/* Where nobody waits for it any more it is told to stop, but not while it is asked again. */
+static void told_to_stop(void **state)
+{
+    struct fixture *f = *state;
+    struct reply first, more;
+    change_rules(f, &ends_rules);
+    begin(f, "one", &first);
+    await_begun(f, 1);
+    begin(f, "two", &more);
+    assert_int_equal(count_held(&more, 1, "full"), 0);
+    reply_fini(&more);
+    for (int i = 0; i < 10; i++)
+        again(f, &first);
+    assert_int_equal(atomic_load(&f->gate.told), 0);
+    reply_fini(&first);
+    await_told(f, 1);
+    for (int i = 0; i < 5000; i++) { /* the next one as soon as it has ended */
+        begin(f, "three", &first);
+        if (first.hold.ready)
+            break;
+        reply_fini(&first);
+        pause_a_little();
+    }
+    assert_non_null(first.hold.ready);
+    await_begun(f, 2);
+    f->waited_ms = 1999;
+    again(f, &first);
+    assert_int_equal(first.hold.wait_ms, 1);
+    f->waited_ms = 2000; /* enough */
+    again(f, &first);
+    assert_int_equal(first.status, 503);
+    assert_non_null(strstr(first.body, "longer than 2 s"));
+    reply_fini(&first);
+    await_told(f, 2);
+}
+
+static void stopping_ends_it(void **state)
+{
+    struct fixture *f = *state;
+    struct reply first;
+    change_rules(f, &ends_rules);
+    begin(f, "one", &first);
+    await_begun(f, 1);
+    aside_stop(f->aside);
+    assert_int_equal(atomic_load(&f->gate.told), 1);
+    await(f, &first);
+    reply_fini(&first);
+}
+
+static const struct aside_rules owner_rules = {
+    .name = "test", .waiting_max = 9, .owner_max = 2, .enough = "enough", .ends = true};
+
+static void so_many_of_one_owner(void **state)
+{
+    struct fixture *f = *state;
+    struct reply hers[4], his;
+    change_rules(f, &owner_rules);
+    for (size_t i = 0; i < 4; i++) {
+        begin(f, "x", &hers[i]);
+        await_begun(f, 1);
+    }
+    assert_int_equal(count_held(hers, 4, "enough"), 2);
+    f->owner = "adam";
+    begin(f, "y", &his);
+    assert_non_null(his.hold.ready);
+    f->owner = "eve";
+    reply_fini(&hers[1]); /* it waited: its place is free at once */
+    begin(f, "x", &hers[1]);
+    assert_non_null(hers[1].hold.ready);
+    begin(f, "x", &hers[2]);
+    assert_null(hers[2].hold.ready);
+    end_all(hers, 4);
+    atomic_store(&f->gate.open, true);
+    f->owner = "adam";
+    await(f, &his);
+    assert_int_equal(his.status, 200);
+    reply_fini(&his);
 }
 
 static void *open_late(void *gate)
@@ -186,10 +311,10 @@ static void stopping(void **state)
     struct reply first, second, third;
     pthread_t thread;
     begin(f, "one", &first);
-    await_begun(f);
+    await_begun(f, 1);
     begin(f, "two", &second);
     assert_int_equal(pthread_create(&thread, NULL, open_late, &f->gate), 0);
-    aside_stop(f->desk.service.aside);
+    aside_stop(f->aside);
     pthread_join(thread, NULL);
     begin(f, "three", &third);
     assert_int_equal(third.status, 503);
@@ -212,7 +337,7 @@ static void asked_for_the_last_time(void **state)
         .method = "POST", .path = "/slow", .body = "z", .body_size = 1, .last = true};
     const struct call call = {.request = &request};
     atomic_store(&f->gate.open, true);
-    aside_answer(f->desk.service.aside, slow, &f->desk.service, &call, &reply);
+    aside_answer(f->aside, slow, &f->desk.service, &call, &reply);
     assert_int_equal(reply.status, 200);
     reply_fini(&reply);
 }
@@ -256,7 +381,7 @@ static void settled(void **state)
                                     .last = true};
     f->desk.service.reports = NULL;
     assert_int_equal(desk_send(&f->desk, &request), 202);
-    aside_stop(f->desk.service.aside); /* and with it what comes after the answer */
+    aside_stop(f->aside); /* and with it what comes after the answer */
     assert_false(store_busy(store));
     assert_false(store_settle(store));
     sqlite3 *db = store_read_begin(store);
@@ -275,6 +400,9 @@ int main(void)
         ASIDE_TEST(held_until_answered),
         ASIDE_TEST(those_who_leave),
         ASIDE_TEST(so_many_and_no_more),
+        ASIDE_TEST(told_to_stop),
+        ASIDE_TEST(stopping_ends_it),
+        ASIDE_TEST(so_many_of_one_owner),
         ASIDE_TEST(stopping),
         ASIDE_TEST(asked_for_the_last_time),
         ASIDE_TEST(writers_rest),

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_handle_backup.c - GET /v1/backup without a socket: it is made while the answer is held, one
- * at a time until it is sent, and whoever leaves takes it along. */
+ * at a time until it is sent, and whoever leaves takes it along: told to stop, or made for nobody.
+ */
 #include "desk.h"
+
+#include "aside.h"
 
 #include <dirent.h>
 #include <setjmp.h>
@@ -30,11 +33,45 @@ static struct hold begin(struct desk *f)
     return hold;
 }
 
-static void until_ready(struct hold *hold)
+static void pause_a_little(void)
 {
     const struct timespec pause = {.tv_nsec = 5000000};
+    nanosleep(&pause, NULL);
+}
+
+/* The same as soon as the one before has ended. */
+static struct hold begin_soon(struct desk *f)
+{
+    for (int i = 0; i < 2000; i++) {
+        ask_backup(f, NULL);
+        if (f->reply.hold.ready)
+            break;
+        assert_int_equal(f->reply.status, 503);
+        pause_a_little();
+    }
+    assert_non_null(f->reply.hold.ready);
+    struct hold hold = f->reply.hold;
+    f->reply.hold = (struct hold){0};
+    return hold;
+}
+
+static void open_lane(struct desk *f, atomic_flag *busy)
+{
+    f->service.backup = busy;
+    f->service.lane[LANE_BACKUPS] = aside_create(&aside_rules[LANE_BACKUPS]);
+    assert_non_null(f->service.lane[LANE_BACKUPS]);
+}
+
+static void close_lane(struct desk *f)
+{
+    aside_free(f->service.lane[LANE_BACKUPS]);
+    f->service.lane[LANE_BACKUPS] = NULL;
+}
+
+static void until_ready(struct hold *hold)
+{
     for (int i = 0; i < 2000 && !hold->ready(hold->state); i++)
-        nanosleep(&pause, NULL);
+        pause_a_little();
     assert_true(hold->ready(hold->state));
 }
 
@@ -44,7 +81,7 @@ static void one_is_made_and_sent(void **state)
     atomic_flag busy = ATOMIC_FLAG_INIT;
     char bytes[4096];
     ssize_t got, size = 0;
-    f->service.backup = &busy;
+    open_lane(f, &busy);
     assert_int_equal(ask(f, "POST", "/v1/jobs", JOB("")), 202);
     struct hold hold = begin(f);
     assert_int_equal(ask_backup(f, NULL), 503); /* while it is made */
@@ -54,7 +91,10 @@ static void one_is_made_and_sent(void **state)
     struct stream stream = f->reply.stream;
     f->reply.stream = (struct stream){0};
     hold_fini(&hold);
-    assert_int_equal(ask_backup(f, NULL), 503); /* while it is sent */
+    hold = begin_soon(f); /* while it is sent */
+    until_ready(&hold);
+    assert_int_equal(ask_backup(f, hold.state), 503);
+    hold_fini(&hold);
     while ((got = stream.read(stream.state, bytes, sizeof(bytes))) > 0) {
         if (size == 0)
             assert_memory_equal(bytes, "SQLite format 3", 16);
@@ -63,21 +103,23 @@ static void one_is_made_and_sent(void **state)
     assert_int_equal(got, STREAM_END);
     assert_true(size > 100000);
     stream_fini(&stream);
-    hold = begin(f);
+    hold = begin_soon(f);
     hold_fini(&hold);
+    close_lane(f);
 }
 
 static void whoever_leaves_takes_it_along(void **state)
 {
     struct desk *f = *state;
     atomic_flag busy = ATOMIC_FLAG_INIT;
-    f->service.backup = &busy;
+    open_lane(f, &busy);
     for (int i = 0; i < 20; i++) {
-        struct hold hold = begin(f);
+        struct hold hold = begin_soon(f);
         if (i % 2)
             until_ready(&hold);
-        hold_fini(&hold); /* the thread has ended */
+        hold_fini(&hold);
     }
+    close_lane(f); /* what was told to stop has */
     DIR *dir = opendir(f->dir);
     assert_non_null(dir);
     for (struct dirent *entry; (entry = readdir(dir));)
