@@ -9,11 +9,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WORKERS_NICE = 5 };
+enum { WORKERS_NICE = 5, LENT_USUAL = 64 };
 
 static const char *option_value(const char *name, char *const **argument);
 static bool limit_option(char *const **argument, struct config *config, char *reason, size_t size);
 static bool parse_listen(const char *text, struct config *config, char *reason, size_t size);
+static bool backend_option(char *const **argument, struct config *config, char *reason,
+                           size_t size);
+static bool parse_backend(const char *name, enum backend *backend, char *reason, size_t size);
 static bool add_name(const char *name, struct config *config, char *reason, size_t size);
 static bool parse_count(const char *text, unsigned long max, unsigned long *value);
 static size_t cores(void);
@@ -21,6 +24,7 @@ static size_t cores(void);
 const char *config_usage(void)
 {
     return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--auth MODE]\n"
+           "            [--backend local|workers] [--lease SECONDS]\n"
            "            [--host-name NAME] [--log all|changes] [--nice N] [--memory BYTES]\n"
            "            [--overrun-factor K] [--overrun-seconds S]\n"
            "       bcdd token create|list|revoke --help\n"
@@ -29,7 +33,12 @@ const char *config_usage(void)
            "  --data DIR          where jobs and results are kept; created when missing\n"
            "  --listen HOST:PORT  address to listen on (127.0.0.1:8080); port 0 picks one. An\n"
            "                      address that others can reach needs an admin's token first\n"
-           "  --workers N         threads that simulate (as many as there are cores)\n"
+           "  --workers N         threads that simulate (as many as there are cores); with other\n"
+           "                      backends how many chunks are lent at a time (64)\n"
+           "  --backend WHERE     where jobs are run: local, here; workers: by bcd worker,\n"
+           "                      anywhere\n"
+           "  --lease SECONDS     who runs a chunk elsewhere is heard of this often, or somebody\n"
+           "                      else gets it: 2..3600 (30)\n"
            "  --nice N            how far they give way to requests and other programs: 0..19 (5)\n"
            "  --log all|changes   requests in the log: all, or without reads that go well (all)\n"
            "  --auth MODE         auto: on loopback nobody needs a token until there is one;\n"
@@ -45,9 +54,10 @@ const char *config_usage(void)
 enum config_action config_parse(int argc, char *const *argv, struct config *config, char *reason,
                                 size_t size)
 {
-    unsigned long workers = cores(), nice = WORKERS_NICE;
+    unsigned long workers = 0, nice = WORKERS_NICE;
     *config = (struct config){.host = "127.0.0.1", .port = 8080, .log_reads = true};
     config->limits = job_limits_usual();
+    config->lease_ms = LIMIT_LEASE_MS;
     char *const *end = argv + argc;
     for (char *const *argument = argv + 1; argument < end; argument++) {
         const char *name = *argument, *value;
@@ -77,7 +87,8 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
                 snprintf(reason, size, "--nice takes a number from 0 to 19, not \"%s\"", value);
                 return CONFIG_WRONG;
             }
-        } else if (limit_option(&argument, config, reason, size)) {
+        } else if (limit_option(&argument, config, reason, size) ||
+                   backend_option(&argument, config, reason, size)) {
             if (reason[0])
                 return CONFIG_WRONG;
         } else if ((value = option_value("--auth", &argument))) {
@@ -93,7 +104,9 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
             return CONFIG_WRONG;
         }
     }
-    config->workers = workers;
+    config->workers = workers > 0                        ? workers
+                      : config->backend == BACKEND_LOCAL ? cores()
+                                                         : LENT_USUAL;
     config->nice = (int)nice;
     if (config->data && config->data[0])
         return CONFIG_RUN;
@@ -126,6 +139,25 @@ static bool limit_option(char *const **argument, struct config *config, char *re
         return true;
     }
     return false;
+}
+
+/* Where jobs are run: true if it was such an option, with the reason if it is wrong. */
+static bool backend_option(char *const **argument, struct config *config, char *reason, size_t size)
+{
+    const char *value;
+    unsigned long seconds;
+    reason[0] = '\0';
+    if ((value = option_value("--backend", argument))) {
+        parse_backend(value, &config->backend, reason, size);
+        return true;
+    }
+    if (!(value = option_value("--lease", argument)))
+        return false;
+    if (!parse_count(value, 3600, &seconds) || seconds < 2)
+        snprintf(reason, size, "--lease takes 2 to 3600 seconds, not \"%s\"", value);
+    else
+        config->lease_ms = (int64_t)seconds * 1000;
+    return true;
 }
 
 /* The value of "--name value" or "--name=value", NULL if this is another option or the value is
@@ -167,6 +199,15 @@ static bool parse_listen(const char *text, struct config *config, char *reason, 
     snprintf(config->host, sizeof(config->host), "%s", host);
     config->port = (uint16_t)port;
     return true;
+}
+
+static bool parse_backend(const char *name, enum backend *backend, char *reason, size_t size)
+{
+    *backend = strcmp(name, "workers") == 0 ? BACKEND_WORKERS : BACKEND_LOCAL;
+    if (*backend != BACKEND_LOCAL || strcmp(name, "local") == 0)
+        return true;
+    snprintf(reason, size, "--backend takes local or workers, not \"%s\"", name);
+    return false;
 }
 
 /* One more name; what it is made of is what names of machines are made of. */

@@ -11,12 +11,19 @@
 #include <stddef.h>
 #include <stdint.h>
 
+enum backend {
+    BACKEND_LOCAL,   /* chunks are run here */
+    BACKEND_WORKERS, /* they are lent to whoever asks: bcd worker */
+};
+
 struct config {
     char host[64];    /* numeric address */
     uint16_t port;    /* 0 = pick a free one */
     const char *data; /* borrowed from argv */
-    size_t workers;
-    int nice;       /* what is added to theirs */
+    size_t workers;   /* threads, or chunks that are lent at a time */
+    enum backend backend;
+    int64_t lease_ms; /* a worker elsewhere that was not heard of for so long has lost its chunk */
+    int nice;         /* what is added to theirs */
     bool log_reads; /* a line in the log for each request, not only for those that change or fail */
     enum access_mode auth;
     struct job_limits limits;

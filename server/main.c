@@ -38,6 +38,7 @@ static bool begin_queue(struct service *service, const struct job_limits *limits
 static void announce(const struct config *config, uint16_t port);
 static void observe(void *context, const struct http_done *done);
 static void wake(void *http);
+static void wait_for_end(const sigset_t *ending);
 static void block_signals(sigset_t *ending);
 static void raise_descriptors(void);
 
@@ -73,13 +74,11 @@ static int serve(const struct config *config)
     struct metrics metrics = {.started_s = time(NULL)};
     struct stream_counts streams = STREAM_COUNTS_INIT;
     struct description description = {0};
-    struct service service = {.backup = &backup,
-                              .metrics = &metrics,
-                              .streams = &streams,
-                              .description = &description};
+    struct service service = {
+        .backup = &backup, .metrics = &metrics, .streams = &streams, .description = &description};
     struct http *http = NULL;
     char reason[512] = "the store or the queue cannot be started, the log says why";
-    int result = EXIT_FAILED, number = 0;
+    int result = EXIT_FAILED;
     sigset_t ending;
     block_signals(&ending);
     if (!description_init(&description)) {
@@ -106,10 +105,7 @@ static int serve(const struct config *config)
     atomic_store(&service.http, http);
     feed_wake(service.feed, wake, http);
     announce(config, http_port(http));
-    notify_manager("READY=1");
-    sigwait(&ending, &number);
-    notify_manager("STOPPING=1");
-    log_write(LOG_LEVEL_INFO, "stopping", LOG_FIELDS(log_text("signal", sigabbrev_np(number))));
+    wait_for_end(&ending);
     result = EXIT_OK;
 cleanup:
     if (result != EXIT_OK)
@@ -125,6 +121,7 @@ cleanup:
         queue_stop(service.queue);
     report_keeper_free(service.reports);
     workers_stop(service.workers);
+    leases_free(service.leases);
     feed_free(service.feed);
     queue_free(service.queue);
     access_free(service.access);
@@ -136,7 +133,11 @@ cleanup:
 static bool start_threads(const struct config *config, struct service *service, char *reason,
                           size_t size)
 {
-    service->workers = workers_start(config->workers, service->queue, service->store);
+    if (config->backend != BACKEND_LOCAL)
+        service->leases = leases_create(config->lease_ms);
+    if (config->backend == BACKEND_LOCAL || service->leases)
+        service->workers =
+            workers_start_lending(config->workers, service->queue, service->store, service->leases);
     if (!service->workers) {
         snprintf(reason, size, "%zu worker threads cannot be had", config->workers);
         return false;
@@ -187,6 +188,15 @@ static void announce(const struct config *config, uint16_t port)
               LOG_FIELDS(log_text("host", config->host), log_integer("port", port),
                          log_integer("workers", (int64_t)config->workers),
                          log_text("version", BCD_VERSION)));
+}
+
+static void wait_for_end(const sigset_t *ending)
+{
+    int number = 0;
+    notify_manager("READY=1");
+    sigwait(ending, &number);
+    notify_manager("STOPPING=1");
+    log_write(LOG_LEVEL_INFO, "stopping", LOG_FIELDS(log_text("signal", sigabbrev_np(number))));
 }
 
 /* SIGPIPE: a client that hangs up, or a reader of our stdout, must not end the daemon. SIGXFSZ: a

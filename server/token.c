@@ -17,9 +17,8 @@ const char token_usage[] =
     "       bcdd token list --data DIR\n"
     "       bcdd token revoke --data DIR ID\n"
     "Who may use the server. Roles: reader, submitter, operator, admin; each may do what those\n"
-    "before it may. The token is shown once. While a daemon uses DIR, ask it: POST, GET and "
-    "DELETE\n"
-    "/v1/tokens, or bcd token.\n";
+    "before it may. A worker may run chunks (bcd worker), and nothing else. The token is shown\n"
+    "once. While a daemon uses DIR, ask it: POST, GET and DELETE /v1/tokens, or bcd token.\n";
 
 /* The command line. Borrowed from argv. */
 struct options {
@@ -86,7 +85,8 @@ static int check(const struct options *options)
     if (creates && (!options->owner || !owner_sound(options->owner)))
         return wrong("--owner takes 1 to 32 of a-z 0-9 _ -, not", options->owner);
     if (creates && (!options->role || !role_parse(options->role, &role)))
-        return wrong("--role takes reader, submitter, operator or admin, not", options->role);
+        return wrong("--role takes worker, reader, submitter, operator or admin, not",
+                     options->role);
     if (options->name && strlen(options->name) > LIMIT_TOKEN_NAME_CHARACTERS_MAX)
         return wrong("--name is too long:", options->name);
     if (options->expires && (strspn(options->expires, "0123456789") != strlen(options->expires) ||

@@ -44,6 +44,9 @@ handler handle_results_all, handle_results_json, handle_results_csv, handle_resu
 handler handle_people_token_create, handle_people_token_list, handle_people_token_revoke;
 handler handle_people_me, handle_people_owners, handle_people_owner_put, handle_people_audit;
 
+/* handle_leases.c */
+handler handle_leases_take, handle_leases_hear, handle_leases_return;
+
 /* handle_reports.c */
 handler handle_reports_json, handle_reports_csv, handle_reports_svg, handle_reports_measure;
 handler handle_reports_stop;

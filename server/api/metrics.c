@@ -24,6 +24,7 @@ static void add_value(struct text *text, const char *name, const char *type, dou
                       const char *help);
 static void add_jobs(struct text *text, const struct service *service);
 static void add_work(struct text *text, const struct service *service);
+static void add_leases(struct text *text, const struct service *service);
 static void add_requests(struct text *text, const struct metrics *metrics);
 static void add_latency(struct text *text, const struct metrics *metrics);
 static void add_open(struct text *text, const struct service *service);
@@ -70,6 +71,7 @@ void handle_service_metrics(const struct service *service, const struct call *ca
              BCD_RESULT_VERSION);
     add_jobs(&text, service);
     add_work(&text, service);
+    add_leases(&text, service);
     if (service->metrics) {
         add_requests(&text, service->metrics);
         add_latency(&text, service->metrics);
@@ -137,6 +139,27 @@ static void add_work(struct text *text, const struct service *service)
               "Checkpoints of jobs in motion.");
     add_value(text, "bcd_checkpoint_seconds_total", "counter", counts.saving_seconds,
               "Processor time that they took.");
+}
+
+static void add_leases(struct text *text, const struct service *service)
+{
+    struct lease_counts counts;
+    if (!service->leases)
+        return;
+    leases_count(service->leases, &counts);
+    add_value(text, "bcd_leases_held", "gauge", (double)counts.held, "Chunks that workers have.");
+    add_value(text, "bcd_leases_offered", "gauge", (double)counts.offered,
+              "Chunks that wait for a worker.");
+    add_value(text, "bcd_leases_granted_total", "counter", (double)counts.granted,
+              "Chunks given to workers.");
+    add_value(text, "bcd_leases_expired_total", "counter", (double)counts.expired,
+              "Of them, given up: the worker was not heard of.");
+    add_value(text, "bcd_leases_returned_total", "counter", (double)counts.returned,
+              "Results taken.");
+    add_value(text, "bcd_leases_again_total", "counter", (double)counts.again,
+              "Results that came once more, with the same bits.");
+    add_value(text, "bcd_leases_differed_total", "counter", (double)counts.differed,
+              "Results that came once more, with other bits.");
 }
 
 static void add_requests(struct text *text, const struct metrics *metrics)

@@ -92,7 +92,9 @@ static void add_operation(struct text *text, const struct route *route)
     struct text words = {0};
     text_add(&words, "%s%sFor %s%s.", route->more ? route->more : "", route->more ? " " : "",
              route->role == ROLE_NONE ? "anybody" : role_name(route->role),
-             route->role == ROLE_NONE || route->role == ROLE_ADMIN ? "" : "s and above");
+             route->role == ROLE_NONE || route->role == ROLE_ADMIN ? ""
+             : route->role == ROLE_WORKER                          ? "s and admins"
+                                                                   : "s and above");
     char *more = text_take(&words);
     text_add(text, ",\"description\":");
     text_add_json_string(text, more ? more : "");

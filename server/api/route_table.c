@@ -9,6 +9,7 @@
 #define JOB "/v1/jobs/{id}"
 #define SWEEP "/v1/sweeps/{id}"
 #define TOKEN "/v1/tokens/{id}"
+#define LEASE "/v1/leases/{id}"
 #define WORK "/v1/reports/work-precision"
 
 #define JSON "application/json"
@@ -30,6 +31,13 @@
 
 #define EXAMPLE_TOKEN                                                                              \
     "{\"owner\":\"anna\",\"role\":\"submitter\",\"name\":\"laptop\",\"expires_in\":7776000}"
+
+#define EXAMPLE_WORD                                                                               \
+    "{\"job\":\"jx\",\"chunk\":0,\"core_seconds\":1.5,\"ticks_done\":10,\"ticks_total\":100}"
+
+#define EXAMPLE_RETURN                                                                             \
+    "{\"job\":\"jx\",\"chunk\":0,\"core_seconds\":1.5,\"tally\":\"AA==\","                     \
+    "\"sha256\":\"6e340b9cffb37a989ca544e6bb780a2c78901d3fb33738768511a30617afa01d\"}"
 
 #define EXAMPLE_SWEEP                                                                              \
     "{\"base\":" EXAMPLE_JOB ",\"axes\":{\"/diameter\":[0.25,0.5],"                                \
@@ -227,6 +235,19 @@ static const struct route routes[] = {
      .answers = {{202, JSON, "ReportState"}}, .problems = P(MEASURING)},
     {"DELETE", WORK, ROLE_OPERATOR, handle_reports_stop, "stopWorkPrecision",
      "stop measuring it", .answers = {{200, JSON, "ReportState"}}, .problems = P(MEASURING)},
+    {"POST", "/v1/leases", ROLE_WORKER, handle_leases_take, "takeLease",
+     "a chunk of a job to run, if there is one",
+     "For programs of this project: `bcd worker`.",
+     .body = "LeaseRequest", .example = "{\"worker\":\"node7:4711\",\"result_version\":5}",
+     .answers = {{200, JSON, "LeaseAnswer"}}},
+    {"POST", LEASE "/heartbeat", ROLE_WORKER, handle_leases_hear, "hearLease",
+     "how far a chunk is, with a checkpoint now and then", .body = "LeaseWord",
+     .example = EXAMPLE_WORD, .answers = {{200, JSON, "LeaseHeard"}}},
+    {"POST", LEASE "/return", ROLE_WORKER, handle_leases_return, "returnLease",
+     "the tally of a chunk, with its checksum",
+     "One that comes once more is compared with the first: `again`, or 409 when it has other bits.",
+     .body = "LeaseReturn", .example = EXAMPLE_RETURN, .answers = {{200, JSON, "LeaseTaken"}},
+     .problems = P(STATE)},
     {"GET", "/v1/me", ROLE_READER, handle_people_me, "getMe",
      "who you are, what you may use and have used", .answers = {{200, JSON, "Me"}}},
     {"POST", "/v1/tokens", ROLE_ADMIN, handle_people_token_create, "createToken",

@@ -88,7 +88,7 @@ static bool let_in(const struct service *service, const struct route *route, str
     else
         call->identity = (struct identity){.owner = OWNER_LOCAL, .role = ROLE_ADMIN};
     snprintf(reply->owner, sizeof(reply->owner), "%s", call->identity.owner);
-    if (call->identity.role >= route->role)
+    if (role_may(call->identity.role, route->role))
         return true;
     if (call->identity.role == ROLE_NONE) {
         if (must_wait(service, call->request, reply)) /* it is written down */
@@ -96,8 +96,9 @@ static bool let_in(const struct service *service, const struct route *route, str
         access_note_refusal(service->access, route->pattern, why);
         reply_problem(reply, PROBLEM_WHO, "%s", why);
     } else {
-        reply_problem(reply, PROBLEM_ROLE, "this is for role %s and above; %s has role %s",
-                      role_name(route->role), call->identity.owner, role_name(call->identity.role));
+        reply_problem(reply, PROBLEM_ROLE, "this is for role %s and %s; %s has role %s",
+                      role_name(route->role), route->role == ROLE_WORKER ? "admins" : "above",
+                      call->identity.owner, role_name(call->identity.role));
     }
     snprintf(reply->owner, sizeof(reply->owner), "%s", call->identity.owner);
     return false;

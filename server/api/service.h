@@ -9,6 +9,7 @@
 #include "feed.h"
 #include "http.h"
 #include "identity.h"
+#include "lease.h"
 #include "queue.h"
 #include "report_keeper.h"
 #include "store_jobs.h"
@@ -45,6 +46,7 @@ struct service {
     const struct description *description; /* NULL = made anew each time */
     struct stream_counts *streams;         /* open ones by owner; NULL = not counted */
     struct report_keeper *reports;         /* NULL = there are none */
+    struct leases *leases;                 /* NULL = chunks are run here */
     struct workers *workers;               /* NULL = there are none */
     struct metrics *metrics;               /* NULL = nothing is counted */
     _Atomic(struct http *) http;           /* NULL until it is there */

@@ -4,8 +4,8 @@
 #include <string.h>
 
 static const char *const role_names[ROLES] = {
-    [ROLE_NONE] = "none",         [ROLE_READER] = "reader", [ROLE_SUBMITTER] = "submitter",
-    [ROLE_OPERATOR] = "operator", [ROLE_ADMIN] = "admin",
+    [ROLE_NONE] = "none",           [ROLE_WORKER] = "worker",     [ROLE_READER] = "reader",
+    [ROLE_SUBMITTER] = "submitter", [ROLE_OPERATOR] = "operator", [ROLE_ADMIN] = "admin",
 };
 
 const char *role_name(enum role role)
@@ -15,13 +15,18 @@ const char *role_name(enum role role)
 
 bool role_parse(const char *name, enum role *role)
 {
-    for (int i = ROLE_READER; i < ROLES; i++) {
+    for (int i = ROLE_WORKER; i < ROLES; i++) {
         if (strcmp(name, role_names[i]) == 0) {
             *role = (enum role)i;
             return true;
         }
     }
     return false;
+}
+
+bool role_may(enum role role, enum role least)
+{
+    return least == ROLE_WORKER ? role == ROLE_WORKER || role == ROLE_ADMIN : role >= least;
 }
 
 bool owner_sound(const char *owner)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * identity.h - who asks, and what they may do: each role may do what those before it may.
+ * identity.h - who asks, and what they may do: each role may do what those before it may. Workers
+ * stand apart: what they do is theirs, and an admin's.
  */
 #ifndef IDENTITY_H
 #define IDENTITY_H
@@ -10,6 +11,7 @@
 
 enum role {
     ROLE_NONE,      /* nobody needs to say who they are */
+    ROLE_WORKER,    /* a program that runs chunks of jobs elsewhere, and may do nothing else */
     ROLE_READER,    /* looks at everything */
     ROLE_SUBMITTER, /* submits jobs, and cancels their own */
     ROLE_OPERATOR,  /* cancels anybody's */
@@ -30,6 +32,9 @@ const char *role_name(enum role role); /* "none", "reader", ... */
 
 /* Roles that a person can have: not "none". */
 bool role_parse(const char *name, enum role *role);
+
+/* Whether a role may do what is for `least`. */
+bool role_may(enum role role, enum role least);
 
 bool owner_sound(const char *owner);
 

@@ -58,6 +58,9 @@ enum {
     LIMIT_LOST_BARREN = 3,                 /* attempts lost in a row with nothing saved: it rests */
     LIMIT_REST_MS_MAX = 10000,             /* such a job lets others go first for so long */
     LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */
+    LIMIT_LEASE_MS = 30000,                /* a worker elsewhere is heard of this often */
+    LIMIT_LEASE_BYTES_MAX = 700 << 10,     /* of a tally or checkpoint that goes to and fro */
+    LIMIT_LEASES_REMEMBERED = 4096,        /* results, compared with those that come once more */
     LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
     LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */
     LIMIT_HOST_NAMES_MAX = 16,             /* --host-name */

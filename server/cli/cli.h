@@ -68,7 +68,7 @@ extern const struct cli_command cli_watch_command, cli_list_command, cli_get_com
 extern const struct cli_command cli_export_command, cli_sweep_command, cli_token_command;
 extern const struct cli_command cli_whoami_command, cli_completion_command, cli_backup_command;
 extern const struct cli_command cli_owners_command, cli_quota_command, cli_audit_command;
-extern const struct cli_command cli_sql_command;
+extern const struct cli_command cli_sql_command, cli_worker_command;
 
 /* ---- cli_commands.c */
 

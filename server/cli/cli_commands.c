@@ -6,12 +6,12 @@
 
 /* In the order of the documentation. */
 static const struct cli_command *const commands[] = {
-    &cli_run_command,    &cli_check_command,      &cli_theory_command, &cli_report_command,
-    &cli_bench_command,  &cli_schema_command,     &cli_submit_command, &cli_sweep_command,
-    &cli_watch_command,  &cli_list_command,       &cli_get_command,    &cli_export_command,
-    &cli_cancel_command, &cli_estimate_command,   &cli_token_command,  &cli_backup_command,
-    &cli_whoami_command, &cli_owners_command,     &cli_quota_command,  &cli_audit_command,
-    &cli_sql_command,    &cli_completion_command,
+    &cli_run_command,    &cli_check_command,    &cli_theory_command,     &cli_report_command,
+    &cli_bench_command,  &cli_schema_command,   &cli_submit_command,     &cli_sweep_command,
+    &cli_watch_command,  &cli_list_command,     &cli_get_command,        &cli_export_command,
+    &cli_cancel_command, &cli_estimate_command, &cli_token_command,      &cli_backup_command,
+    &cli_whoami_command, &cli_owners_command,   &cli_quota_command,      &cli_audit_command,
+    &cli_sql_command,    &cli_worker_command,   &cli_completion_command,
 };
 
 const struct cli_command *cli_command_at(size_t i)

@@ -221,7 +221,7 @@ static const struct cli_option create_options[] = {
      .value = "ROLE",
      .doc = "what it may do: read; also submit; also cancel what is others'; everything "
             "(default: submitter)",
-     .choices = "reader submitter operator admin"},
+     .choices = "worker reader submitter operator admin"},
     {.name = "name", .value = "TEXT", .doc = "what it is for"},
     {.name = "expires", .value = "SPAN", .doc = "when it ends: 12h, 30d (default: never)"},
     {.name = "output",

@@ -58,7 +58,7 @@ static void read_text(const json_t *value, const char *key, struct token_record 
             bcd_errors_add(errors, "/owner", "must be 1 to %d of a-z 0-9 _ -", OWNER_SIZE - 1);
     } else if (strcmp(key, "role") == 0) {
         if (!word || !role_parse(word, &token->role))
-            bcd_errors_add(errors, "/role", "must be reader, submitter, operator or admin");
+            bcd_errors_add(errors, "/role", "must be worker, reader, submitter, operator or admin");
     } else if (!json_is_null(value)) {
         size_t characters = 0;
         for (const char *c = word; c && *c; c++)

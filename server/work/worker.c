@@ -34,16 +34,9 @@ enum {
     BROKEN_TRIES_MAX = 8,    /* a full disk is waited for; anything else gives up in the end */
 };
 
-/* What became of a chunk. */
-enum outcome {
-    OUTCOME_DONE,    /* its tally is stored */
-    OUTCOME_STOPPED, /* cancelled or stopping; goes back */
-    OUTCOME_FAILED,  /* the job cannot be run */
-};
-
 /* ---------------------------------------------------------------------- clock */
 
-static int64_t now_ns(void)
+int64_t work_now_ns(void)
 {
     struct timespec now;
 
@@ -98,7 +91,7 @@ static bool ask_stop(void *context)
 {
     struct work *work = context;
 
-    atomic_store(&work->worker->seen_ns, now_ns());
+    atomic_store(&work->worker->seen_ns, work_now_ns());
     return work_should_stop(work) || over_time(work);
 }
 
@@ -111,8 +104,8 @@ bool work_back_off(const struct work *work, int tries)
 
     for (int i = 1; i < tries && wait_ms < BACK_OFF_MS_MAX; i++)
         wait_ms *= 2;
-    until = now_ns() + (wait_ms < BACK_OFF_MS_MAX ? wait_ms : BACK_OFF_MS_MAX) * 1000000;
-    while (!work_should_stop(work) && now_ns() < until)
+    until = work_now_ns() + (wait_ms < BACK_OFF_MS_MAX ? wait_ms : BACK_OFF_MS_MAX) * 1000000;
+    while (!work_should_stop(work) && work_now_ns() < until)
         nanosleep(&nap, NULL);
     return !work_should_stop(work);
 }
@@ -265,7 +258,7 @@ static int64_t next_slice(int64_t ticks, int64_t elapsed_ns)
 }
 
 /* For the counters. */
-static double rod_steps_of_chunk(const struct bcd_scene *scene)
+double work_rod_steps(const struct bcd_scene *scene)
 {
     struct bcd_estimate estimate;
 
@@ -315,12 +308,12 @@ static void allow(struct work *work)
 }
 
 /* Advances the run to its end; STOPPED when it was told to stop before. */
-static enum outcome advance(struct work *work)
+static enum run_end advance(struct work *work)
 {
     const int64_t total = bcd_run_ticks_total(work->run);
-    const double rods_per_tick = rod_steps_of_chunk(work->task->scene) / (double)total;
+    const double rods_per_tick = work_rod_steps(work->task->scene) / (double)total;
     const struct measured measured = {bcd_run_ticks_done(work->run), cpu_now_ns()};
-    int64_t slice = 1, before = now_ns();
+    int64_t slice = 1, before = work_now_ns();
     struct pace pace = pace_begin(before);
 
     atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
@@ -329,11 +322,11 @@ static enum outcome advance(struct work *work)
         int64_t after, from = bcd_run_ticks_done(work->run);
 
         if (work_should_stop(work))
-            return OUTCOME_STOPPED;
+            return RUN_STOPPED;
         work->error.code = bcd_run_advance(work->run, slice, &work->error);
         if (work->error.code || over_time(work))
-            return work_should_stop(work) ? OUTCOME_STOPPED : OUTCOME_FAILED;
-        after = now_ns();
+            return work_should_stop(work) ? RUN_STOPPED : RUN_FAILED;
+        after = work_now_ns();
         slice = next_slice(slice, after - before);
         atomic_store(&work->worker->seen_ns, after);
         atomic_fetch_add(&work->worker->rod_steps,
@@ -345,60 +338,70 @@ static enum outcome advance(struct work *work)
 
             save_checkpoint(work);
             before = after;
-            after = now_ns();
+            after = work_now_ns();
             pace_next(&pace, after, after - before, cpu_now_ns() - cpu);
         }
         before = after;
     }
     note_cost(work, &measured);
-    return OUTCOME_DONE;
+    return RUN_DONE;
 }
 
-static enum outcome put_tally(struct work *work)
+enum run_end work_put_chunk(struct work *work, const void *bytes, size_t size)
 {
-    const struct bcd_tally *tally = bcd_run_tally(work->run);
-    size_t size = bcd_tally_size(tally);
-    void *bytes = malloc(size + 1);
     enum store_status status;
     int tries = 0;
 
-    if (!bytes) {
-        work->error.code = BCD_NO_MEMORY;
-        return OUTCOME_FAILED;
-    }
-    bcd_tally_save(tally, bytes);
     do
         status = store_results_put_chunk(work->workers->store, work->task->id, work->task->chunk,
                                          bytes, size);
     while (work_try_again(work, status, ++tries));
-    free(bytes);
     if (status == STORE_OK)
-        return OUTCOME_DONE;
+        return RUN_DONE;
     if (status == STORE_BROKEN && !work_should_stop(work)) {
         work->error.code = BCD_INTERNAL;
         snprintf(work->error.text, sizeof work->error.text, "a finished part could not be stored");
-        return OUTCOME_FAILED;
+        return RUN_FAILED;
     }
     /* No longer running in the store: cancelled, and nobody is to take this chunk up again. */
     if (status == STORE_CONFLICT || status == STORE_NOT_FOUND)
         queue_cancel(work->workers->queue, work->task->id);
-    return OUTCOME_STOPPED;
+    return RUN_STOPPED;
 }
 
-static enum outcome run_chunk(struct work *work)
+static enum run_end put_tally(struct work *work)
 {
+    const struct bcd_tally *tally = bcd_run_tally(work->run);
+    size_t size = bcd_tally_size(tally);
+    void *bytes = malloc(size + 1);
+    enum run_end outcome;
+
+    if (!bytes) {
+        work->error.code = BCD_NO_MEMORY;
+        return RUN_FAILED;
+    }
+    bcd_tally_save(tally, bytes);
+    outcome = work_put_chunk(work, bytes, size);
+    free(bytes);
+    return outcome;
+}
+
+static enum run_end run_chunk(struct work *work)
+{
+    if (work->workers->leases && work_can_lend(work))
+        return work_lend(work);
     allow(work);
     work->error.code = create_run_patiently(work);
     if ((work->error.code == BCD_NO_MEMORY || work->error.code == BCD_STOPPED) &&
         work_should_stop(work))
-        return OUTCOME_STOPPED;
+        return RUN_STOPPED;
     if (work->error.code)
-        return OUTCOME_FAILED;
-    enum outcome outcome = advance(work);
-    if (outcome == OUTCOME_DONE)
+        return RUN_FAILED;
+    enum run_end outcome = advance(work);
+    if (outcome == RUN_DONE)
         return put_tally(work);
     /* A run that was stopped in the middle of a start goes on from its last checkpoint. */
-    if (outcome == OUTCOME_STOPPED && !atomic_load(work->task->cancelled) &&
+    if (outcome == RUN_STOPPED && !atomic_load(work->task->cancelled) &&
         work->watch.end == BCD_WATCH_GOES_ON)
         save_checkpoint(work);
     return outcome;
@@ -437,13 +440,13 @@ static void do_task(struct worker *worker, struct task *task)
     bool last = task->chunk == QUEUE_FINISH;
 
     if (!last) {
-        enum outcome outcome = run_chunk(&work);
+        enum run_end outcome = run_chunk(&work);
 
         bcd_run_free(work.run);
         work.run = NULL;
         tell_use(&work);
-        if (outcome != OUTCOME_DONE) {
-            if (outcome == OUTCOME_FAILED)
+        if (outcome != RUN_DONE) {
+            if (outcome == RUN_FAILED)
                 fail_job(&work);
             queue_release(workers->queue, task);
             return;
@@ -471,7 +474,7 @@ static void *worker_main(void *context)
 
     atomic_store(&worker->id, gettid());
     while (queue_claim(worker->workers->queue, &task)) {
-        atomic_store(&worker->seen_ns, now_ns());
+        atomic_store(&worker->seen_ns, work_now_ns());
         atomic_store(&worker->busy, true);
         crash_note(task.id, task.chunk);
         do_task(worker, &task);
@@ -484,6 +487,12 @@ static void *worker_main(void *context)
 }
 
 struct workers *workers_start(size_t count, struct queue *queue, struct store *store)
+{
+    return workers_start_lending(count, queue, store, NULL);
+}
+
+struct workers *workers_start_lending(size_t count, struct queue *queue, struct store *store,
+                                      struct leases *leases)
 {
     struct workers *workers;
     sigset_t all, kept;
@@ -500,6 +509,7 @@ struct workers *workers_start(size_t count, struct queue *queue, struct store *s
         free(workers);
         return NULL;
     }
+    workers->leases = leases;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &kept);
     while (code == 0 && workers->count < count) {
@@ -548,7 +558,7 @@ void workers_stop(struct workers *workers)
 
 void workers_count(const struct workers *workers, struct workers_counts *counts)
 {
-    int64_t now = now_ns();
+    int64_t now = work_now_ns();
 
     *counts = (struct workers_counts){.started = workers->count};
     for (size_t i = 0; i < workers->count; i++) {

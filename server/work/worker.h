@@ -18,6 +18,12 @@ struct workers;
  * All signals are blocked in them. NULL when the threads cannot be had (the cause is logged). */
 struct workers *workers_start(size_t count, struct queue *queue, struct store *store);
 
+/* The same, but chunks are lent to workers elsewhere, as many at a time as there are threads; those
+ * that are too large for that are run here all the same. */
+struct leases;
+struct workers *workers_start_lending(size_t count, struct queue *queue, struct store *store,
+                                      struct leases *leases);
+
 /* Lets others go first: adds to the threads' nice values. Requests take little, and somebody waits
  * for their answers. Where that is not allowed, all stay equal. */
 void workers_step_back(struct workers *workers, int nice);

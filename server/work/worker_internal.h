@@ -5,6 +5,7 @@
 #ifndef WORKER_INTERNAL_H
 #define WORKER_INTERNAL_H
 
+#include "lease.h"
 #include "store_samples.h"
 #include "worker.h"
 
@@ -28,6 +29,7 @@ struct workers {
     struct queue *queue;
     struct store *store;
     char *crash_path;
+    struct leases *leases; /* NULL = chunks are run here */
     size_t count;
     struct worker each[];
 };
@@ -44,6 +46,13 @@ struct work {
     int64_t began_ns, allowed_ns; /* of this thread's clock; allowed: 0 = whatever it takes */
 };
 
+/* What became of a chunk. */
+enum run_end {
+    RUN_DONE,    /* its tally is stored */
+    RUN_STOPPED, /* cancelled or stopping; goes back */
+    RUN_FAILED,  /* the job cannot be run */
+};
+
 /* ------------------------------------------------------------------ worker.c */
 
 bool work_should_stop(const struct work *work);
@@ -53,6 +62,18 @@ double work_seconds(const struct work *work);
 bool work_back_off(const struct work *work, int tries);
 /* What to do about a store that answered `status` at try number `tries`: true = try again. */
 bool work_try_again(struct work *work, enum store_status status, int tries);
+
+/* Stores a finished chunk's tally, with patience. */
+enum run_end work_put_chunk(struct work *work, const void *bytes, size_t size);
+int64_t work_now_ns(void);
+double work_rod_steps(const struct bcd_scene *scene); /* of one chunk */
+
+/* ------------------------------------------------------------- worker_lend.c */
+
+/* Whether the chunk may be run elsewhere: what goes to and fro must fit into a request. */
+bool work_can_lend(const struct work *work);
+/* Lends it until somebody has run it. */
+enum run_end work_lend(struct work *work);
 
 /* ----------------------------------------------------------- worker_finish.c */
 

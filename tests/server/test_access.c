@@ -376,6 +376,7 @@ static void old_tokens_are_forgotten(void **state)
     make_old(store, "revoked_ms", f->id[ROLE_READER], LIMIT_TOKEN_KEPT_DAYS + 1);
     make_old(store, "expires_ms", f->id[ROLE_SUBMITTER], LIMIT_TOKEN_KEPT_DAYS + 1);
     make_old(store, "revoked_ms", f->id[ROLE_OPERATOR], LIMIT_TOKEN_KEPT_DAYS - 1);
+    make_old(store, "revoked_ms", f->id[ROLE_WORKER], LIMIT_TOKEN_KEPT_DAYS - 1);
     assert_int_equal(store_tokens_forget(store), STORE_OK);
     assert_int_equal(count(store, "SELECT count(*) FROM tokens"), all - 2);
     assert_int_equal(count(store, "SELECT count(*) FROM tokens WHERE owner = 'operator'"), 1);

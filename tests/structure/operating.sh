@@ -24,9 +24,10 @@ compare() {
     diff "$1" "$2" | sed -n "s|^<|only $3:|p; s|^>|only in $page:|p"
 }
 
-# Calls may go over several lines, and choose between two names.
+# Calls may go over several lines, and choose between two names. http_reap.c has a function for its own.
 find server -name '*.c' ! -path server/base/log.c -exec cat {} + | tr '\n' ' ' |
-    grep -oE 'log_write\([^;]*;' | sed 's/LOG_FIELDS.*//' >"$work/calls"
+    grep -oE 'log_write\([^;]*;|[^a-z_]tell\("[a-z_]+"' | sed 's/LOG_FIELDS.*//' |
+    grep -v '^log_write(LOG_LEVEL_WARNING, event, ' >"$work/calls"
 report "calls of log_write are found" "$([ "$(wc -l <"$work/calls")" -gt 20 ] || echo "too few")"
 report "each has the name of its event in it" "$(grep -vE '"[a-z_]+"' "$work/calls")"
 grep -oE '"[a-z_]+"' "$work/calls" | tr -d '"' | sort -u >"$work/events"

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * lease.h - chunks lent to workers elsewhere: who has which, for how long, and what comes back.
+ *
+ * A thread of worker.c offers a chunk in its hands and waits; a worker that asks is given it for
+ * LIMIT_LEASE_MS, and longer with every heartbeat. When none comes in time the next one who asks is
+ * given the chunk, from its latest checkpoint. Whoever returns a tally first, that one counts: it
+ * does not matter who ran a chunk, for the bits are the same. One that comes later is compared:
+ * other bits are an alarm about a machine.
+ *
+ * Nothing of this is kept on disk. After a restart of the daemon the same chunks are offered again,
+ * and a heartbeat of one who has such a chunk already makes it that worker's again.
+ *
+ * THREADS  One mutex inside; any thread may call anything.
+ */
+#ifndef LEASE_H
+#define LEASE_H
+
+#include "lease_json.h"
+#include "queue.h"
+
+struct leases;
+/* lease_ms: 0 = LIMIT_LEASE_MS. NULL = no memory. */
+struct leases *leases_create(int64_t lease_ms);
+void leases_free(struct leases *leases); /* all offers have been taken back */
+
+/* What is going on, for /metrics and for who starts workers. */
+struct lease_counts {
+    size_t offered, held;              /* chunks nobody has, chunks in somebody's hands */
+    int64_t granted, expired;          /* since the start */
+    int64_t returned, again, differed; /* results taken; come once more; with other bits */
+};
+void leases_count(struct leases *leases, struct lease_counts *counts);
+
+/* ------------------------------------------------------ whoever lends: worker.c */
+
+struct lease;
+/* Offers a chunk, to go on from `checkpoint` or to begin with `begun` (see bcd_run_continue), both
+ * taken over. The task is borrowed until lease_end. NULL = no memory. */
+struct lease *lease_offer(struct leases *leases, const struct task *task, struct blob *checkpoint,
+                          struct blob *begun);
+
+/* Waits at most `wait_ms` for something to happen, and gives what did. Blobs are the caller's. */
+struct lease_news {
+    bool returned; /* `tally` is there */
+    bool failed;   /* the run failed: `error` */
+    struct blob tally;
+    struct blob checkpoint; /* a newer one, or empty */
+    double core_seconds;    /* used since the last time */
+    struct bcd_error error;
+};
+void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news);
+/* Takes the offer back; whoever has it is told at the next heartbeat. */
+void lease_end(struct lease *lease);
+
+/* -------------------------------------------------- whoever runs: handle_leases.c */
+
+/* STORE_NOT_FOUND = there is nothing to do; STORE_BROKEN = no memory. */
+enum store_status leases_take(struct leases *leases, const char *worker, struct lease_loan *loan);
+
+enum lease_answer {
+    LEASE_GO_ON,   /* heard; of a return: taken */
+    LEASE_STOP,    /* cancelled, or another worker has it */
+    LEASE_UNKNOWN, /* no such chunk is lent: ended, or the daemon has just started */
+    LEASE_AGAIN,   /* it had been returned before, with the same bits */
+    LEASE_DIFFERS, /* the same with other bits */
+    LEASE_REFUSED, /* not this chunk's tally */
+};
+enum lease_answer leases_hear(struct leases *leases, const struct lease_word *word);
+enum lease_answer leases_return(struct leases *leases, const struct lease_word *word);
+
+#endif
