@@ -3,6 +3,7 @@
 # make demo       install what is missing, build, run one job of the 2022 paper through a server
 # make check      install what is missing, build, run every test that fits in CI
 # make check-long what takes longer
+# make check-slurm jobs on a real Slurm, started for the test
 # make bench      the performance suite
 # make schema     write the descriptions in schema/ anew, from the program
 # make install    DESTDIR= PREFIX=
@@ -157,6 +158,10 @@ check: packages
 check-long: packages
 	+$(BUILD) all tests node-modules
 	sh tests/run.sh check-long
+check-slurm: packages
+	sh deploy/install-packages.sh slurm
+	$(MAKE) --no-print-directory all
+	B=$B sh tests/slurm/slurm_long.sh
 bench: all
 	$B/bcd bench --json $B/bench.json
 
@@ -189,6 +194,7 @@ install: all
 	install -D -m 644 README.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/README.md
 	install -D -m 644 deploy/OPERATING.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/OPERATING.md
 	install -D -m 644 deploy/changelog.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/changelog.md
+	install -D -m 644 deploy/slurm.conf.example $(DESTDIR)$(PREFIX)/share/doc/bcdd/examples/slurm.conf.example
 	install -D -m 644 deploy/nginx.conf $(DESTDIR)$(PREFIX)/share/doc/bcdd/examples/nginx.conf
 deb: all
 	sh deploy/install-packages.sh deb
@@ -196,6 +202,6 @@ deb: all
 clean:
 	rm -rf $B
 
-.PHONY: all tests packages node-modules demo check check-long bench schema install deb clean
+.PHONY: all tests packages node-modules demo check check-slurm check-long bench schema install deb clean
 .SECONDARY:
 -include $(shell find $B/obj -name '*.d' 2>/dev/null)

@@ -1,10 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# install-packages.sh [long|deb] - installs what building and testing need on Debian 12 and is missing.
+# install-packages.sh [long|deb|slurm] - installs what building and testing need on Debian 12 and is missing.
 #
 # Whether something is missing is decided by using it: command -v for programs, pkg-config for
 # libraries, a file for header-only ones. When nothing is missing the script says nothing and does
-# not touch the network. `long` adds what only `make check-long` needs, `deb` what `make deb` needs.
+# not touch the network. `long` adds what only `make check-long` needs, `deb` what `make deb` needs, `slurm`
+# what `make check-slurm` needs.
 # Services that come with a package (nginx) are neither started nor enabled.
 set -eu
 
@@ -58,6 +59,14 @@ look() {
         ;;
     esac
     need_command chromium chromium
+    case ${1:-} in
+    long | slurm)
+        need_command sbatch slurm-client
+        PATH=$PATH:/usr/sbin need_command slurmctld slurmctld
+        PATH=$PATH:/usr/sbin need_command slurmd slurmd
+        PATH=$PATH:/usr/sbin need_command munged munge
+        ;;
+    esac
     if [ "${1:-}" = long ]; then
         need_command clang clang
         need_command wrk wrk
@@ -92,7 +101,7 @@ install() {
 policy=/usr/sbin/policy-rc.d
 hold_services() {
     services=
-    for service in nginx; do
+    for service in nginx munge slurmctld slurmd; do
         [ -e "/lib/systemd/system/$service.service" ] || services="$services $service"
     done
     [ -z "$services" ] || [ -e "$policy" ] ||

@@ -24,7 +24,7 @@ static size_t cores(void);
 const char *config_usage(void)
 {
     return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--auth MODE]\n"
-           "            [--backend local|workers] [--lease SECONDS]\n"
+           "            [--backend local|workers|slurm] [--slurm FILE] [--lease SECONDS]\n"
            "            [--host-name NAME] [--log all|changes] [--nice N] [--memory BYTES]\n"
            "            [--overrun-factor K] [--overrun-seconds S]\n"
            "       bcdd token create|list|revoke --help\n"
@@ -36,7 +36,8 @@ const char *config_usage(void)
            "  --workers N         threads that simulate (as many as there are cores); with other\n"
            "                      backends how many chunks are lent at a time (64)\n"
            "  --backend WHERE     where jobs are run: local, here; workers: by bcd worker,\n"
-           "                      anywhere\n"
+           "                      anywhere; slurm: the same, started by Slurm\n"
+           "  --slurm FILE        how Slurm is to start them; slurm.conf.example tells\n"
            "  --lease SECONDS     who runs a chunk elsewhere is heard of this often, or somebody\n"
            "                      else gets it: 2..3600 (30)\n"
            "  --nice N            how far they give way to requests and other programs: 0..19 (5)\n"
@@ -108,6 +109,10 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
                       : config->backend == BACKEND_LOCAL ? cores()
                                                          : LENT_USUAL;
     config->nice = (int)nice;
+    if ((config->backend == BACKEND_SLURM) != (config->slurm != NULL)) {
+        snprintf(reason, size, "--backend slurm and --slurm FILE belong together");
+        return CONFIG_WRONG;
+    }
     if (config->data && config->data[0])
         return CONFIG_RUN;
     snprintf(reason, size, "--data DIR is needed: the place for jobs and results");
@@ -149,6 +154,10 @@ static bool backend_option(char *const **argument, struct config *config, char *
     reason[0] = '\0';
     if ((value = option_value("--backend", argument))) {
         parse_backend(value, &config->backend, reason, size);
+        return true;
+    }
+    if ((value = option_value("--slurm", argument))) {
+        config->slurm = value;
         return true;
     }
     if (!(value = option_value("--lease", argument)))
@@ -203,10 +212,12 @@ static bool parse_listen(const char *text, struct config *config, char *reason, 
 
 static bool parse_backend(const char *name, enum backend *backend, char *reason, size_t size)
 {
-    *backend = strcmp(name, "workers") == 0 ? BACKEND_WORKERS : BACKEND_LOCAL;
+    *backend = strcmp(name, "workers") == 0 ? BACKEND_WORKERS
+               : strcmp(name, "slurm") == 0 ? BACKEND_SLURM
+                                            : BACKEND_LOCAL;
     if (*backend != BACKEND_LOCAL || strcmp(name, "local") == 0)
         return true;
-    snprintf(reason, size, "--backend takes local or workers, not \"%s\"", name);
+    snprintf(reason, size, "--backend takes local, workers or slurm, not \"%s\"", name);
     return false;
 }
 

@@ -14,6 +14,7 @@
 enum backend {
     BACKEND_LOCAL,   /* chunks are run here */
     BACKEND_WORKERS, /* they are lent to whoever asks: bcd worker */
+    BACKEND_SLURM,   /* the same, and workers are started by Slurm */
 };
 
 struct config {
@@ -22,8 +23,9 @@ struct config {
     const char *data; /* borrowed from argv */
     size_t workers;   /* threads, or chunks that are lent at a time */
     enum backend backend;
-    int64_t lease_ms; /* a worker elsewhere that was not heard of for so long has lost its chunk */
-    int nice;         /* what is added to theirs */
+    const char *slurm; /* file that says how; borrowed from argv */
+    int64_t lease_ms;  /* a worker elsewhere that was not heard of for so long has lost its chunk */
+    int nice;          /* what is added to theirs */
     bool log_reads; /* a line in the log for each request, not only for those that change or fail */
     enum access_mode auth;
     struct job_limits limits;

@@ -326,7 +326,7 @@ const struct cli_command cli_worker_command = {
     .operands = "",
     .doc = "runs chunks of a server's jobs on this machine",
     .text = "One at a time, on one core: start as many as there are. The server must have been\n"
-            "started with --backend workers, and the token be one of role worker. The\n"
+            "started with --backend workers or slurm, and the token be one of role worker. The\n"
             "results are the server's own, bit for bit. Ctrl-C or SIGTERM sends the chunk back\n"
             "with a checkpoint, and another worker goes on there.",
     .options = options,
