@@ -49,7 +49,9 @@ handler handle_leases_take, handle_leases_hear, handle_leases_return;
 
 /* handle_reports.c */
 handler handle_reports_json, handle_reports_csv, handle_reports_svg, handle_reports_measure;
-handler handle_reports_stop;
+handler handle_reports_stop, handle_reports_list;
+handler handle_stability_json, handle_stability_csv, handle_stability_svg, handle_stability_measure;
+handler handle_stability_stop;
 
 /* handle_page.c */
 handler handle_page_index, handle_page_file, handle_page_scenes;

@@ -4,10 +4,7 @@
  * process of its own: one that crashes or hangs is a verdict too, and the others are still found.
  */
 #include "cli_report.h"
-#include "report_machine.h"
-#include "report_run.h"
 #include "report_stability.h"
-#include "text.h"
 
 #include <errno.h>
 #include <math.h>
@@ -34,13 +31,10 @@ struct count {
 
 static struct stability_result try_apart(const struct stability_extreme *extreme,
                                          const char *method);
-static bool asks_for_any(const struct options *options);
 static FILE *begin_json(const char *path);
-static void write_result(FILE *json, const struct stability_extreme *extreme, const char *method,
-                         const struct stability_result *result, const struct count *count);
+static void write_result(FILE *json, const struct stability_entry *entry, size_t before);
 static bool end_json(FILE *json, const struct count *count, bool whole);
-static void print_row(const struct stability_extreme *extreme, const char *method,
-                      const struct stability_result *result);
+static void print_row(const struct stability_entry *entry);
 
 /* Ctrl-C and its like wait until a verdict is found: files are left whole. */
 static bool interrupted(void)
@@ -64,26 +58,19 @@ static void hold_signals(int how)
 /* False = interrupted. */
 static bool try_all(const struct options *options, FILE *json, struct count *count)
 {
-    const struct stability_extreme *extreme;
-    const char *method;
+    struct stability_entry entry;
     printf("%-34s %-17s %-12s %11s %9s %9s %9s\n", "extreme", "method", "verdict", "off", "+-", "h",
            "time");
-    for (size_t i = 0; (extreme = stability_extreme(i)) != NULL; i++) {
-        if (options->only && !strstr(extreme->name, options->only))
-            continue;
-        for (size_t m = 1; (method = report_run_method(m)) != NULL; m++) {
-            if (options->method && strcmp(options->method, method) != 0)
-                continue;
-            struct stability_result result = try_apart(extreme, method);
-            if (interrupted())
-                return false;
-            print_row(extreme, method, &result);
-            if (json)
-                write_result(json, extreme, method, &result, count);
-            count->of[result.verdict]++;
-            count->failed += stability_failed(result.verdict);
-            count->all++;
-        }
+    for (size_t i = 0; stability_plan(options->only, options->method, i, &entry); i++) {
+        entry.result = try_apart(entry.extreme, entry.method);
+        if (interrupted())
+            return false;
+        print_row(&entry);
+        if (json)
+            write_result(json, &entry, count->all);
+        count->of[entry.result.verdict]++;
+        count->failed += stability_failed(entry.result.verdict);
+        count->all++;
     }
     return true;
 }
@@ -93,10 +80,11 @@ int cli_report_stability(const struct cli_line *line)
     const struct options options = {.json = cli_value(line, "json"),
                                     .only = cli_value(line, "only"),
                                     .method = cli_value(line, "method")};
+    struct stability_entry first;
     struct count count = {0};
     FILE *json = NULL;
     int status = CLI_OK;
-    if (!asks_for_any(&options))
+    if (!stability_plan(options.only, options.method, 0, &first))
         return cli_wrong(line->command, "there is no such extreme or method");
     if (options.json && !(json = begin_json(options.json)))
         return CLI_FAILED;
@@ -114,21 +102,6 @@ int cli_report_stability(const struct cli_line *line)
     }
     hold_signals(SIG_UNBLOCK); /* ends here if one is waiting */
     return count.failed > 0 ? CLI_FAILED : status;
-}
-
-static bool asks_for_any(const struct options *options)
-{
-    const struct stability_extreme *extreme;
-    const char *method = NULL;
-    for (size_t m = 1; options->method && (method = report_run_method(m)) != NULL; m++)
-        if (strcmp(options->method, method) == 0)
-            break;
-    if (options->method && !method)
-        return false;
-    for (size_t i = 0; (extreme = stability_extreme(i)) != NULL; i++)
-        if (!options->only || strstr(extreme->name, options->only))
-            return true;
-    return false;
 }
 
 /* ------------------------------------------------------- a process for each */
@@ -180,7 +153,7 @@ static struct stability_result try_apart(const struct stability_extreme *extreme
         const struct rlimit limit = {CORE_SECONDS_MAX, CORE_SECONDS_MAX + 1};
         setrlimit(RLIMIT_CPU, &limit);
         hold_signals(SIG_UNBLOCK);
-        struct stability_result result = stability_try(extreme, method);
+        struct stability_result result = stability_try(extreme, method, NULL);
         bool told = write(ends[1], &result, sizeof result) == (ssize_t)sizeof result;
         _exit(told ? CLI_OK : CLI_FAILED);
     }
@@ -193,53 +166,35 @@ static struct stability_result try_apart(const struct stability_extreme *extreme
 
 /* ------------------------------------------------------------------ output */
 
+/* Takes the text; without memory for it the file cannot be JSON, and is not taken for it. */
+static void put(FILE *json, char *text)
+{
+    fputs(text ? text : "", json);
+    free(text);
+}
+
 static FILE *begin_json(const char *path)
 {
     FILE *json = fopen(path, "w");
-    char *machine = report_machine_json();
-    if (json)
-        fprintf(json, "{\"machine\":%s,\"version\":\"%s\",\"result_version\":%d,\"entries\":[",
-                machine ? machine : "null", BCD_VERSION, BCD_RESULT_VERSION);
-    else
+    if (!json)
         fprintf(stderr, "bcd: %s cannot be written: %s\n", path, strerror(errno));
-    free(machine);
+    else
+        put(json, stability_print_begin());
     return json;
 }
 
 static bool end_json(FILE *json, const struct count *count, bool whole)
 {
-    fprintf(json, "\n],\"tried\":%zu,\"failed\":%zu,\"interrupted\":%s}\n", count->all,
-            count->failed, whole ? "false" : "true");
+    put(json, stability_print_end(count->all, count->failed, !whole));
     bool good = !ferror(json);
     return fclose(json) == 0 && good;
 }
 
-/* count: of those before it. */
-static void write_result(FILE *json, const struct stability_extreme *extreme, const char *method,
-                         const struct stability_result *result, const struct count *count)
+static void write_result(FILE *json, const struct stability_entry *entry, size_t before)
 {
-    struct text text = {0};
-    text_add(&text, "%s\n{\"extreme\":", count->all ? "," : "");
-    text_add_json_string(&text, extreme->name);
-    text_add(&text, ",\"method\":\"%s\",\"verdict\":", method);
-    text_add_json_string(&text, stability_verdict_name(result->verdict));
-    report_add_member(&text, "off", result->off);
-    report_add_member(&text, "stderr", result->stderror);
-    report_add_member(&text, "time_step_error", result->time_step_error);
-    report_add_member(&text, "bound", extreme->bound);
-    report_add_member(&text, "time_step", result->time_step);
-    report_add_member(&text, "time", result->time);
-    report_add_member(&text, "core_seconds", result->core_seconds);
-    text_add(&text, ",\"reason\":");
-    if (result->words[0])
-        text_add_json_string(&text, result->words);
-    else
-        text_add(&text, "null");
-    text_add(&text, ",\"job\":{%s}}", extreme->members);
-    char *entry = text_take(&text);
-    fputs(entry ? entry : "", json);
+    fputs(before ? "," : "", json);
+    put(json, stability_print_entries(entry, 1));
     fflush(json);
-    free(entry);
 }
 
 static void print_cell(double value, const char *format, int width)
@@ -250,10 +205,11 @@ static void print_cell(double value, const char *format, int width)
         printf(format, width, value);
 }
 
-static void print_row(const struct stability_extreme *extreme, const char *method,
-                      const struct stability_result *result)
+static void print_row(const struct stability_entry *entry)
 {
-    printf("%-34s %-17s %-12s", extreme->name, method, stability_verdict_name(result->verdict));
+    const struct stability_result *result = &entry->result;
+    printf("%-34s %-17s %-12s", entry->extreme->name, entry->method,
+           stability_verdict_name(result->verdict));
     print_cell(result->off, " %+*.2e", 11);
     print_cell(result->stderror, " %*.1e", 9);
     print_cell(result->time_step, " %*.1e", 9);

@@ -1,21 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // reports.js - which method reaches which error at what cost on this machine; what the methods do at
 // the extremes.
-import { ask, curl } from './api.js';
+import { ask, curl, get } from './api.js';
 import { action, h, replace, shellLine } from './dom.js';
+import { live } from './live.js';
 import { note, place, put, value } from './place.js';
 import { withoutPlots } from './plot_state.js';
 import { plot } from './plot.js';
-import { stability } from './stability.js';
-import { num } from './words.js';
+import { stabilityTable } from './stability.js';
+import { moment, num } from './words.js';
 
 export const title = 'Reports';
-const WORK = '/v1/reports/work-precision';
+const WORK = '/v1/reports/work-precision', STABILITY = '/v1/reports/stability';
 const ERRORS = [['density_l1', 'density (L1)'], ['energy_error', 'energy'], ['contact_error', 'contact density'],
                 ['drift_error', 'drift velocity']];
 
+const source = (path) => h('details', { class: 'source' }, h('summary', null, 'The same data by curl'),
+  ['', '.csv', '.svg'].map((form) => shellLine(curl(`${path}${form}?begin=false`))));
+const pass404 = (fault) => {
+  if (fault.status !== 404)
+    throw fault;
+  return {};
+};
+
 export async function show(main, { query }, signal) {
-  const work = h('div'), state = h('div');
+  const work = h('div'), signs = h('div'), showSigns = stabilityTable(signs);
   let error = ERRORS.some(([name]) => name === value(query, 'error')) ? value(query, 'error') : 'density_l1';
   const pick = h('select', { id: 'error', onchange: () => {
     error = pick.value;
@@ -25,39 +34,55 @@ export async function show(main, { query }, signal) {
   } }, ERRORS.map(([name, text]) => h('option', { value: name }, text)));
   pick.value = error;
   let report = null;
+  const measured = [
+    { path: WORK, state: h('div'), time: 'about a minute', show: (json) => { report = json; draw(); } },
+    { path: STABILITY, state: h('div'), time: 'about two minutes', show: (json) => showSigns(json.entries) },
+  ];
   replace(main, h('h1', null, 'Reports'), h('h2', null, 'Work and precision'), h('p', null,
     'Error of the time step against the time of one core, method by method, each at several steps. ',
-    'Left and below is better.'), h('p', { class: 'row' }, h('label', { for: 'error' }, 'Error of'), pick), state, work,
-    h('details', { class: 'source' }, h('summary', null, 'The same data by curl'), shellLine(curl(`${WORK}?begin=false`)),
-      shellLine(curl(`${WORK}.csv?begin=false`)), shellLine(curl(`${WORK}.svg?begin=false`))), stability());
+    'Left and below is better; an error bar that reaches the bottom is noise.'),
+    h('p', { class: 'row' }, h('label', { for: 'error' }, 'Error of'), pick), measured[0].state, work, source(WORK),
+    h('h2', null, 'Stability'), h('p', null, 'Every method at the extremes: right within 3 standard errors, biased by how much, ',
+      'refused with a reason, or it ran and there is no telling. Anything else is a silent failure.'),
+    measured[1].state, signs, source(STABILITY));
 
-  async function load() {
-    let again = true;
-    while (again && !signal.aborted) {
-      again = false;
-      try {
-        const { status, json } = await ask('GET', `${WORK}?begin=false`, undefined, signal);
-        if (status === 202) {
-          replace(state, h('p', null, h('progress', { max: 1, value: json.progress, 'aria-label': 'Measured' }),
-            ` being measured, ${Math.floor(json.progress * 100)} % `, action('Stop', () => ask('DELETE', WORK))));
-          again = true;
-          await new Promise((resolve) => setTimeout(resolve, 1000));
-        } else {
-          report = json;
-          replace(state, measure('Measure anew'));
-          draw();
+  // Asks once, and again as long as something is being measured.
+  async function follow(one) {
+    const { path, state } = one;
+    let tells = null; // the bar, made once: what is made anew cannot be pressed
+    one.following?.abort();
+    const mine = one.following = new AbortController();
+    signal.addEventListener('abort', () => mine.abort(), { once: true });
+    const over = () => mine.signal.aborted;
+    try {
+      for (;;) {
+        const { reports } = await get('/v1/reports', mine.signal);
+        const { state: now, progress, measured_at: when } = reports.find((r) => path.endsWith(r.name));
+        if (when !== one.when || (now === 'measuring' && !when)) {
+          const { json } = await ask('GET', `${path}?begin=false`, undefined, mine.signal).catch(pass404);
+          if (json && (json.state === undefined || json.entries))
+            one.show(json);
+          one.when = when;
         }
-      } catch (fault) {
-        if (!signal.aborted)
-          replace(state, fault.status === 404 ? h('p', null, 'It has not been measured on this machine. ', measure('Measure it'))
-            : h('p', { class: 'fault' }, fault.message));
+        if (now !== 'measuring') {
+          const begin = action(when ? 'Measure anew' : 'Measure it', () => ask('POST', path).then(() => { follow(one); }),
+                               { title: `Takes ${one.time} of one core` });
+          replace(state, h('p', null, when ? `Measured ${moment(when)} on this machine. ` : 'It has not been measured on this machine. ', begin));
+          return;
+        }
+        if (!tells) {
+          tells = { bar: h('progress', { max: 1, 'aria-label': 'Measured' }), share: h('span') };
+          replace(state, h('p', null, tells.bar, tells.share, ' ', action('Stop', () => ask('DELETE', path))));
+        }
+        tells.bar.value = progress;
+        tells.share.textContent = ` being measured, ${Math.floor(progress * 100)} %`;
+        await new Promise((resolve) => setTimeout(resolve, 1000));
       }
+    } catch (fault) {
+      if (!over())
+        replace(state, h('p', { class: 'fault' }, fault.message));
     }
   }
-  const measure = (words) => action(words, async () => {
-    await ask('POST', WORK);
-    load();
-  }, { title: 'About a minute of one core' });
 
   function draw() {
     const methods = [...new Set(report.scenes.flatMap((s) => s.entries.map((e) => e.method)))];
@@ -66,10 +91,10 @@ export async function show(main, { query }, signal) {
         const marks = [], legend = [];
         methods.forEach((method, i) => {
           const series = i, found = scene.entries.filter((e) => e.method === method && e.cost > 0 &&
-            Number.isFinite(e[error]) && e[error] > 0).sort((a, b) => a.cost - b.cost);
+            Number.isFinite(e[error]) && e[error] !== 0).sort((a, b) => a.cost - b.cost);
           if (!found.length)
             return;
-          const x = found.map((e) => e.cost), y = found.map((e) => e[error]);
+          const x = found.map((e) => e.cost), y = found.map((e) => Math.abs(e[error]));
           marks.push({ kind: 'line', x, y, series, group: method, silent: true },
                      { kind: 'points', x, y, error: found.map((e) => e.stderr?.[error]), series, group: method, name: method });
           legend.push({ series, name: method, kind: 'both', group: method });
@@ -90,5 +115,6 @@ export async function show(main, { query }, signal) {
       h('tr', null, h('td', null, method), h('td', { class: 'number' }, `${num(v, 3)} ns`),
         h('td', { class: 'number' }, `${num(v / rows[0][1], 3)} times`)))))) : null;
   }
-  await load();
+  live.addEventListener('link', ({ detail }) => detail.up && measured.forEach(follow), { signal });
+  await Promise.all(measured.map(follow));
 }

@@ -156,6 +156,44 @@ bool stability_failed(enum stability_verdict verdict)
     return verdict > STABILITY_REFUSED;
 }
 
+bool stability_plan(const char *only, const char *method, size_t index,
+                    struct stability_entry *entry)
+{
+    const struct stability_extreme *extreme;
+    const char *name;
+    for (size_t i = 0; (extreme = stability_extreme(i)) != NULL; i++) {
+        if (only && !strstr(extreme->name, only))
+            continue;
+        for (size_t m = 1; (name = report_run_method(m)) != NULL; m++) {
+            if ((method && strcmp(method, name) != 0) || index-- > 0)
+                continue;
+            *entry = (struct stability_entry){.extreme = extreme, .method = name};
+            return true;
+        }
+    }
+    return false;
+}
+
+bool stability_measure(struct stability *report, const struct stability_options *options)
+{
+    struct stability_entry entry;
+    report->count = report->failed = report->planned = 0;
+    while (report->planned < STABILITY_ENTRIES_MAX &&
+           stability_plan(options->only, NULL, report->planned, &entry))
+        report->planned++;
+    while (report->count < report->planned) {
+        stability_plan(options->only, NULL, report->count, &entry);
+        entry.result = stability_try(entry.extreme, entry.method, options->stop);
+        if (options->stop && atomic_load(options->stop))
+            return false;
+        report->failed += stability_failed(entry.result.verdict);
+        report->entry[report->count++] = entry;
+        if (options->found)
+            options->found(options->context, report);
+    }
+    return true;
+}
+
 /* -------------------------------------------------------------------- jobs */
 
 /* What is asked of the extreme besides its own members. */
@@ -241,11 +279,12 @@ static void put_words(struct stability_result *result, const struct bcd_error *e
              error->text[0] ? error->text : bcd_status_text(error->code));
 }
 
-struct stability_result stability_try(const struct stability_extreme *extreme, const char *method)
+struct stability_result stability_try(const struct stability_extreme *extreme, const char *method,
+                                      const atomic_bool *stop)
 {
     struct stability_result result = {.verdict = STABILITY_REFUSED, .off = NAN, .stderror = NAN,
                                       .time_step_error = NAN, .time_step = NAN, .time = NAN};
-    struct report_run run = {.core_seconds_max = CORE_SECONDS_MAX};
+    struct report_run run = {.stop = stop, .core_seconds_max = CORE_SECONDS_MAX};
     struct demand demand = {.method = method};
     enum report_outcome outcome = REPORT_REFUSED;
     if (plan_time(&run, extreme, &demand)) {

@@ -10,6 +10,8 @@
 
 #include "bcd.h"
 
+#include <stdatomic.h>
+
 enum stability_verdict {
     STABILITY_RIGHT,   /* within 3 standard errors of the exact value */
     STABILITY_BIASED,  /* beyond that, by `off`, but less than the extreme's bound */
@@ -58,7 +60,50 @@ struct stability_result {
 };
 
 /* Judges one method at one extreme; takes a few seconds of one core at most, unless a single step
- * hangs. */
-struct stability_result stability_try(const struct stability_extreme *extreme, const char *method);
+ * hangs. Told to stop (NULL = never) it ends soon, and what it gives back is nothing. */
+struct stability_result stability_try(const struct stability_extreme *extreme, const char *method,
+                                      const atomic_bool *stop);
+
+struct stability_entry {
+    const struct stability_extreme *extreme;
+    const char *method; /* one of report_run_method's names */
+    struct stability_result result;
+};
+
+enum { STABILITY_ENTRIES_MAX = 512 };
+
+struct stability {
+    size_t count, failed, planned;
+    struct stability_entry entry[STABILITY_ENTRIES_MAX]; /* extreme after extreme */
+};
+
+/* The index-th method at the extremes whose name holds `only` (NULL = all), all methods or one:
+ * false past the last. */
+bool stability_plan(const char *only, const char *method, size_t index,
+                    struct stability_entry *entry);
+
+struct stability_options {
+    const char *only;        /* NULL = all */
+    const atomic_bool *stop; /* ends it soon; NULL = never */
+    void (*found)(void *context, const struct stability *so_far); /* after each; NULL = not told */
+    void *context;
+};
+
+/* Judges one after the other on the calling thread, unlike `bcd report stability`, which has a
+ * process for each: a crash here is one of the program, as that of a job would be. False = stopped.
+ * The report is large: allocate it. */
+bool stability_measure(struct stability *report, const struct stability_options *options);
+
+/* report_stability_print.c: malloc'ed, NULL = out of memory. Of the entries: JSON objects with a
+ * comma between them. */
+char *stability_print_entries(const struct stability_entry *entries, size_t count);
+char *stability_print_json(const struct stability *report);
+char *stability_print_csv(const struct stability *report);
+/* The two ends of the JSON, for who writes its entries as they are found. */
+char *stability_print_begin(void);
+char *stability_print_end(size_t tried, size_t failed, bool interrupted);
+
+/* report_stability_plot.c: a table of signs, a row an extreme, a column a method. */
+char *stability_print_svg(const struct stability *report);
 
 #endif

@@ -53,3 +53,24 @@ enum store_status store_reports_get(struct store *store, const struct report_new
         free(found);
     return status ? status : found ? STORE_OK : STORE_NOT_FOUND;
 }
+
+enum store_status store_reports_when(struct store *store, const struct report_new *which,
+                                     int64_t *created_ms)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row =
+        stmt_init(db, "SELECT created_ms FROM reports"
+                      " WHERE name = :name AND version = :version AND machine = :machine");
+    int64_t found = 0;
+
+    stmt_bind_text(&row, ":name", which->name);
+    stmt_bind_text(&row, ":version", which->version);
+    stmt_bind_text(&row, ":machine", which->machine);
+    if (stmt_step(&row))
+        found = stmt_integer(&row, 0);
+    enum store_status status = stmt_fini(&row);
+    store_read_end(store, db);
+    if (status == STORE_OK && found)
+        *created_ms = found;
+    return status ? status : found ? STORE_OK : STORE_NOT_FOUND;
+}

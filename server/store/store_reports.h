@@ -6,6 +6,8 @@
 
 #include "store.h"
 
+#include <stdint.h>
+
 enum report_form { REPORT_JSON, REPORT_CSV, REPORT_SVG, REPORT_FORMS };
 
 struct report_new {
@@ -21,5 +23,9 @@ enum store_status store_reports_put(struct store *store, const struct report_new
  * STORE_NOT_FOUND when there is none, or one of another version or machine. */
 enum store_status store_reports_get(struct store *store, const struct report_new *which,
                                     enum report_form form, char **text);
+
+/* When that report was measured, ms since 1970; STORE_NOT_FOUND as above. */
+enum store_status store_reports_when(struct store *store, const struct report_new *which,
+                                     int64_t *created_ms);
 
 #endif

@@ -5,6 +5,7 @@
 # Alone: what it starts yields to everything else on the machine.
 . tests/api/_lib.sh
 WORK=/v1/reports/work-precision
+STABILITY=/v1/reports/stability
 
 # until_measured [s]: waits for the report (300 s: it yields to everything else on the machine).
 until_measured() {
@@ -91,6 +92,35 @@ ask POST "$WORK?speed=1"
 check "no such parameter" status_is 400
 ask GET "$WORK?budget=1"
 check "nor does reading take any" status_is 400
+ask POST "$STABILITY?budget=1"
+check "stability has no budget" status_is 400
+ask HEAD $STABILITY --head
+check "nor a report unasked" status_is 404
+ask GET /v1/reports
+check "the list of reports says so" holds '[.reports[] | [.name, .measured_at, .state, .progress]] ==
+    [["work-precision", null, "idle", null], ["stability", null, "idle", null]]'
+ask GET $STABILITY.csv
+check "asked for it is measured" test "$STATUS $TYPE" = "202 application/json"
+ask GET /v1/reports
+check "which the list tells" holds '.reports[1] | .state == "measuring" and .progress >= 0 and .measured_at == null'
+ask GET $WORK
+check "and nothing else meanwhile" test "$STATUS $TYPE" = "409 application/problem+json"
+ask DELETE $WORK
+check "the other one cannot be stopped" status_is 409
+end=$(($(date +%s) + 60))
+while ask GET $STABILITY && ! holds '.entries | length >= 2' >/dev/null && [ "$(date +%s)" -lt "$end" ]; do
+    sleep 0.1
+done
+check "what is found is told at once" holds '.state == "measuring" and .progress > 0 and
+    (.entries | length) >= 2 and all(.entries[]; .extreme == "U0 = 100" and .job.particles == 8 and
+        (.failed | not) and (.verdict == "refused") == (.off == null and (.reason | length) > 9))'
+ask DELETE $STABILITY
+check "it is told to stop" test "$STATUS $TYPE" = "200 application/json"
+end=$(($(date +%s) + 60))
+while ask GET "$STABILITY?begin=false" && [ "$STATUS" != 404 ] && [ "$(date +%s)" -lt "$end" ]; do
+    sleep 0.05
+done
+check "and leaves no report" status_is 404
 ask POST "$WORK?budget=0.01"
 check "a short one is begun" test "$STATUS $TYPE" = "202 application/json"
 daemon_end KILL
@@ -119,6 +149,8 @@ fi
 check "with four panels a scene" test "$(grep -c 'class="panel"' "$T/body")" = 20
 ask HEAD $WORK --head
 check "its head alone" status_is 200
+ask GET /v1/reports
+check "the list has the moment" holds '.reports[0] | .state == "idle" and (.measured_at | test("^20.*Z$"))'
 daemon_end TERM
 daemon_start "$T/data" --workers 1
 ask GET $WORK

@@ -246,15 +246,22 @@ await test('a sweep is submitted; curves, the map, the way to a job, the table',
   await tab.locator(`a[href="#sweep/${sweepId}"]`).waitFor();
 });
 
-await test('reports: nothing is measured unasked, a stability report is shown', async () => {
+await test('reports: nothing is measured unasked; stability is shown as it is found', async () => {
   await visit(tab, '#reports');
-  await tab.getByRole('button', { name: 'Measure it' }).waitFor();
-  expect((await ask('GET', '/v1/reports/work-precision?begin=false')).status === 404);
-  const entries = [{ extreme: 'U0 = 20', method: 'lm', verdict: 'right', off: 1e-4, stderr: 2e-3, reason: null },
-                   { extreme: 'U0 = 20', method: 'tao', verdict: 'MELTED', off: 5, stderr: 1e-3, reason: null }];
-  await tab.locator('#stability-file').setInputFiles({ name: 's.json', mimeType: 'application/json',
-    buffer: Buffer.from(JSON.stringify({ entries, tried: 2, failed: 1 })) });
-  await tab.getByRole('button', { name: 'U0 = 20, tao: MELTED, off by 5 ± 0.001' }).waitFor();
+  const begin = tab.getByRole('button', { name: 'Measure it' });
+  await begin.nth(1).waitFor();
+  for (const name of ['work-precision', 'stability'])
+    expect((await ask('GET', `/v1/reports/${name}?begin=false`)).status === 404, name);
+  await begin.nth(1).click();
+  const first = tab.locator('.signs td button').first();
+  await first.waitFor({ timeout: 60000 });
+  const said = await first.getAttribute('aria-label');
+  expect(/^U0 = 100, \w+: (right|biased|ran|refused)/.test(said), said);
+  await first.click();
+  expect((await tab.locator('.says').last().textContent()) === said);
+  expect((await ask('GET', '/v1/reports/work-precision')).status === 409, 'one at a time');
+  await tab.getByRole('button', { name: 'Stop' }).click();
+  await begin.nth(1).waitFor({ timeout: 60000 });
 });
 
 await test('what the server says is never markup', async () => {

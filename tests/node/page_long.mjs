@@ -105,6 +105,22 @@ for (let i = 0; (await ask('GET', `/v1/sweeps/${small.id}`)).json.states.done < 
 await ask('POST', '/v1/reports/work-precision?budget=0.01');
 for (let i = 0; (await ask('GET', '/v1/reports/work-precision?begin=false')).status !== 200 && i < 1200; i++)
   await sleep(100);
+await test('the stability report: every method at every extreme, and no silent failure', async () => {
+  expect((await ask('POST', '/v1/reports/stability')).status === 202);
+  let report, found = 0;
+  for (let i = 0; i < 9000 && report?.status !== 200; i++) {
+    await sleep(100);
+    report = await ask('GET', '/v1/reports/stability?begin=false');
+    expect(report.status === 200 || report.status === 202, report.status, report.text);
+    expect(report.status === 200 || (report.json.entries ?? []).length >= found);
+    found = (report.json.entries ?? []).length;
+  }
+  const { entries, tried, failed } = report.json, csv = (await ask('GET', '/v1/reports/stability.csv')).text;
+  expect(failed === 0 && tried === entries.length && tried > 200, tried, entries.filter((e) => e.failed));
+  expect(csv.split('\r\n').length === tried + 2, csv.slice(0, 200));
+  expect((await ask('GET', '/v1/reports/stability.svg')).text.split('<rect').length === tried + 2);
+  expect((await ask('GET', '/v1/reports')).json.reports.every((r) => r.measured_at && r.state === 'idle'));
+});
 
 const views = { queue: '#jobs', job: `#job/${job.id}`, overlay: `#job/${job.id}?with=${other.id}`, sweeps: '#sweeps',
                 sweep: `#sweep/${small.id}`, submit: '#submit', reports: '#reports', missing: '#job/jnone' };
