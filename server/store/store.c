@@ -6,6 +6,7 @@
  * close() of it elsewhere in the process would drop SQLite's locks.
  */
 #include "store_backup.h"
+#include "store_column_cache.h"
 #include "store_incoming.h"
 #include "store_internal.h"
 #include "store_segment.h"
@@ -358,6 +359,7 @@ static struct store *store_create(const char *dir)
     if (!store)
         return NULL;
     store->lock_fd = -1;
+    store->columns = column_cache_create();
     atomic_init(&store->tally.writable, true);
     atomic_init(&store->large, 0);
     atomic_init(&store->unsettled, false);
@@ -439,6 +441,7 @@ void store_close(struct store *store)
     pthread_cond_destroy(&store->read_returned);
     pthread_mutex_destroy(&store->read_mutex);
     pthread_mutex_destroy(&store->write_mutex);
+    column_cache_free(store->columns);
     free(store->path);
     free(store);
 }

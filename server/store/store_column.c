@@ -221,41 +221,88 @@ static size_t search(const struct layout *layout, const struct column_filter *fi
     return low;
 }
 
+/* Codes that are accepted: two ranges, for a dictionary has numbers and then texts. */
+struct accepted {
+    uint16_t first[2], count[2];
+    bool negate, none;
+};
+
+/* Compares and nothing else in the loops, so that the compiler takes many codes at a time. */
+static void narrow_bytes(const struct accepted *accepted, const uint8_t *restrict codes,
+                         uint8_t *restrict wanted)
+{
+    const uint8_t a = (uint8_t)accepted->first[0], b = (uint8_t)accepted->first[1];
+    const uint8_t as = (uint8_t)accepted->count[0], bs = (uint8_t)accepted->count[1];
+    const uint8_t negate = accepted->negate, none = accepted->none;
+
+    for (size_t i = 0; i < SEGMENT_JOBS; i++) {
+        uint8_t code = codes[i], from_a = (uint8_t)(code - a), from_b = (uint8_t)(code - b);
+        uint8_t met = (uint8_t)((from_a < as) | (from_b < bs)) ^ negate;
+
+        wanted[i] &= code == NARROW_NONE ? none : met;
+    }
+}
+
+static void narrow_words(const struct accepted *accepted, const unsigned char *bytes,
+                         uint8_t *restrict wanted)
+{
+    const uint16_t a = accepted->first[0], b = accepted->first[1];
+    const uint16_t as = accepted->count[0], bs = accepted->count[1];
+    const uint8_t negate = accepted->negate, none = accepted->none;
+    uint16_t codes[SEGMENT_JOBS];
+
+    memcpy(codes, bytes, sizeof codes);
+    for (size_t i = 0; i < SEGMENT_JOBS; i++) {
+        uint16_t code = le16toh(codes[i]);
+        uint16_t from_a = (uint16_t)(code - a), from_b = (uint16_t)(code - b);
+        uint8_t met = (uint8_t)((from_a < as) | (from_b < bs)) ^ negate;
+
+        wanted[i] &= code == WIDE_NONE ? none : met;
+    }
+}
+
 bool column_narrow(const void *bytes, size_t size, const struct column_filter *filter,
                    bool wanted[SEGMENT_JOBS])
 {
-    bool accepted[COLUMN_NONE + 1];
     const unsigned char *types = (const unsigned char *)bytes + HEADER_BYTES;
+    struct accepted accepted = {.negate = filter->negate, .none = filter->none};
+    const unsigned char *text;
     struct layout layout;
-    size_t numbers = 0, met = 0;
+    size_t numbers;
 
     if (!lay_out(&layout, bytes, size))
         return false;
-    while (numbers < layout.values && types[numbers] != SCALAR_TEXT)
-        numbers++;
-    memset(accepted, filter->negate, COLUMN_NONE + 1);
+    text = memchr(types, SCALAR_TEXT, layout.values);
+    numbers = text ? (size_t)(text - types) : layout.values;
     for (int texts = 0; texts < 2; texts++) {
         size_t from = texts ? numbers : 0, to = texts ? layout.values : numbers;
         size_t first = search(&layout, filter, 0, from, to);
-        size_t last = search(&layout, filter, 1, first, to);
 
-        memset(accepted + first, !filter->negate, last - first);
-        met += last - first;
+        accepted.first[texts] = (uint16_t)first;
+        accepted.count[texts] = (uint16_t)(search(&layout, filter, 1, first, to) - first);
     }
-    if (met == 0 && !filter->negate) {
+    if (accepted.count[0] + accepted.count[1] == 0 && !filter->negate && !filter->none)
         memset(wanted, false, SEGMENT_JOBS);
-        return true;
-    }
-    if (layout.width == 0)
-        for (size_t i = 0; i < SEGMENT_JOBS; i++)
-            wanted[i] = wanted[i] && accepted[0];
-    else
-        for (size_t i = 0; i < SEGMENT_JOBS; i++) {
-            uint16_t code = get_code(&layout, i);
-
-            wanted[i] = wanted[i] && code <= COLUMN_NONE && accepted[code];
-        }
+    else if (layout.width == 1)
+        narrow_bytes(&accepted, layout.bytes + layout.codes, (uint8_t *)wanted);
+    else if (layout.width == 2)
+        narrow_words(&accepted, layout.bytes + layout.codes, (uint8_t *)wanted);
+    else if ((accepted.count[0] + accepted.count[1] > 0) == filter->negate)
+        memset(wanted, false, SEGMENT_JOBS);
     return true;
+}
+
+bool column_value(const void *bytes, size_t size, size_t job, struct scalar *value)
+{
+    struct layout layout;
+    uint16_t code = 0;
+
+    if (!lay_out(&layout, bytes, size))
+        return false;
+    if (layout.width > 0)
+        code = get_code(&layout, job);
+    *value = (struct scalar){.type = SCALAR_NONE};
+    return code == COLUMN_NONE || (code < layout.values && unpack(&layout, code, value));
 }
 
 bool column_ends(const void *bytes, size_t size, struct scalar *least, struct scalar *most)

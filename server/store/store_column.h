@@ -45,14 +45,18 @@ bool column_decode(struct column *column, const void *bytes, size_t size);
 /* Strikes out of wanted the jobs whose values are not accepted, without decoding the rest: the
  * dictionary is searched, not read. place tells where a value stands: < 0 below what is accepted, 0
  * accepted, > 0 above, numbers among numbers and texts among texts; `negate`: all others are
- * accepted, and jobs without a value. False = that is no column. */
+ * accepted; `none`: jobs without a value are. False = that is no column. */
 struct column_filter {
     int (*place)(const void *context, const struct scalar *value);
     const void *context;
-    bool negate;
+    bool negate, none;
 };
 bool column_narrow(const void *bytes, size_t size, const struct column_filter *filter,
                    bool wanted[SEGMENT_JOBS]);
+
+/* The value of one job (SCALAR_NONE = it has none), without looking at the rest; a text is borrowed
+ * from the blob. False = that is no column. */
+bool column_value(const void *bytes, size_t size, size_t job, struct scalar *value);
 
 /* The smallest and the largest value of a blob, without looking at the rest. */
 bool column_ends(const void *bytes, size_t size, struct scalar *least, struct scalar *most);

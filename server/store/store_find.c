@@ -3,8 +3,7 @@
 #include "store_find.h"
 
 #include "limits.h"
-#include "store_condition.h"
-#include "store_news.h"
+#include "store_path.h"
 #include "store_places.h"
 #include "store_segment.h"
 
@@ -16,11 +15,10 @@
 /* One scalar that is looked at: of a condition, or what is sorted by. */
 struct term {
     const char *path;
-    int64_t key; /* 0 = no sealed job has it */
     struct test test;
-    size_t same; /* the first term with this path */
-    struct news_list news;
-    struct stmt members; /* FIND_TAGGED, FIND_SWEPT: the jobs of a segment that it names */
+    size_t same;             /* the first term with this path, */
+    struct path_index index; /* which alone has this loaded */
+    struct stmt members;     /* FIND_TAGGED, FIND_SWEPT: the jobs of a segment that it names */
 };
 
 /* Relations that another table answers. */
@@ -40,7 +38,8 @@ static bool has_members(const struct find_condition *condition)
 /* A segment and the best place that a job in it can have. */
 struct zone {
     int64_t segment;
-    bool open;     /* unsealed: any place */
+    bool sealed;
+    bool open;     /* any place */
     bool excluded; /* if it is sealed: by a condition and the ends of its column */
     struct place best;
 };
@@ -54,48 +53,14 @@ struct search {
     struct zone *zone;
     size_t zones;
     struct places places;
-    struct stmt states_row, column_row;
-    struct column *column; /* of the term in turn */
+    struct stmt states_row;
+    struct column_reader reader;
     bool wanted[SEGMENT_JOBS];
 };
 
-/* -------------------------------------------------------------------- terms */
-
-static enum store_status find_key(sqlite3 *db, struct term *term)
+static const struct path_index *index_of(const struct search *search, const struct term *term)
 {
-    struct stmt row = stmt_init(db, "SELECT id FROM job_keys WHERE path = :path");
-
-    stmt_bind_text(&row, ":path", term->path);
-    if (stmt_step(&row))
-        term->key = stmt_integer(&row, 0);
-    return stmt_fini(&row);
-}
-
-/* The column of a sealed segment in search->column_row; false = there is none. */
-static bool step_column(struct search *search, const struct term *term, int64_t segment)
-{
-    struct stmt *row = &search->column_row;
-
-    stmt_again(row);
-    stmt_bind_integer(row, ":id", term->key << 32 | segment);
-    return stmt_step(row);
-}
-
-/* The column of a sealed segment, with its news, in search->column. Texts are valid until the next
- * call. */
-static void load_column(struct search *search, const struct term *term, int64_t segment)
-{
-    struct stmt *row = &search->column_row;
-    size_t count = 0;
-    const struct news *news = store_news_of(&term->news, segment, &count);
-
-    column_clear(search->column);
-    if (term->key > 0 && step_column(search, term, segment) &&
-        !column_decode(search->column, sqlite3_column_blob(row->handle, 2),
-                       (size_t)sqlite3_column_bytes(row->handle, 2)))
-        row->status = store_fault(search->db, SQLITE_CORRUPT, "decode a column");
-    for (size_t i = 0; i < count; i++)
-        column_put(search->column, (size_t)news[i].job % SEGMENT_JOBS, &news[i].value);
+    return &search->term[term->same].index;
 }
 
 /* ----------------------------------------------------------------- segments */
@@ -105,8 +70,6 @@ static bool narrow_to_members(struct search *search, int64_t segment)
 {
     bool left = true;
 
-    for (size_t i = 0; i < SEGMENT_JOBS; i++)
-        search->wanted[i] = true;
     for (size_t i = 0; i < search->conditions && left; i++) {
         struct stmt *row = &search->term[i].members;
         bool member[SEGMENT_JOBS] = {false};
@@ -117,10 +80,11 @@ static bool narrow_to_members(struct search *search, int64_t segment)
         stmt_bind_text(row, ":value", search->query->conditions[i].value);
         stmt_bind_integer(row, ":first", segment << SEGMENT_BITS);
         stmt_bind_integer(row, ":last", (segment << SEGMENT_BITS) + SEGMENT_JOBS - 1);
-        for (left = false; stmt_step(row); left = true)
+        while (stmt_step(row))
             member[stmt_integer(row, 0) % SEGMENT_JOBS] = true;
         for (size_t k = 0; k < SEGMENT_JOBS; k++)
-            search->wanted[k] = search->wanted[k] && member[k];
+            search->wanted[k] = search->wanted[k] & member[k];
+        left = memchr(search->wanted, true, SEGMENT_JOBS) != NULL;
     }
     return left;
 }
@@ -145,17 +109,20 @@ static bool narrow(struct search *search, const struct test *test, const struct 
 /* Strikes out jobs that are not there, or in no state wanted; false when none is left. */
 static bool choose(struct search *search, const char *states)
 {
-    bool accepted[256] = {false};
-    int left = 0;
+    unsigned wanted = search->query->states;
+    bool chosen[SEGMENT_JOBS] = {false};
 
-    for (int s = 0; s < JOB_STATES; s++)
-        accepted[(unsigned char)job_state_name((enum job_state)s)[0]] =
-            !search->query->states || search->query->states & 1U << s;
-    for (size_t i = 0; i < SEGMENT_JOBS; i++) {
-        search->wanted[i] = search->wanted[i] && accepted[(unsigned char)states[i]];
-        left += search->wanted[i];
+    for (size_t i = 0; i < SEGMENT_JOBS && !wanted; i++)
+        chosen[i] = states[i] != '-';
+    for (int s = 0; s < JOB_STATES; s++) {
+        char letter = job_state_name((enum job_state)s)[0];
+
+        for (size_t i = 0; i < SEGMENT_JOBS && wanted & 1U << s; i++)
+            chosen[i] = chosen[i] | (states[i] == letter);
     }
-    return left > 0;
+    for (size_t i = 0; i < SEGMENT_JOBS; i++)
+        search->wanted[i] = search->wanted[i] & chosen[i];
+    return memchr(search->wanted, true, SEGMENT_JOBS) != NULL;
 }
 
 /* Which values of a column stand behind the end of the list already, whichever job has them. */
@@ -192,52 +159,132 @@ static enum store_status offer_all(struct search *search, int64_t segment,
     return STORE_OK;
 }
 
-static int place(const void *test, const struct scalar *value)
+/* The list as it is, and a segment whose jobs might join it. */
+struct list_ends {
+    const struct places *places;
+    int64_t segment;
+};
+
+/* Where a value stands that is sorted by: 0 = between the cursor and the end of the list, if the
+ * right job of the segment has it. */
+static int place_in_list(const void *context, const struct scalar *value)
 {
-    return test_place(test, value);
+    const struct list_ends *ends = context;
+    const struct places *places = ends->places;
+    struct place place = {.value = *value, .seq = ends->segment << SEGMENT_BITS};
+
+    if (places->after && places_compare(places, &place, places->after) <= 0)
+        return places->descending ? 1 : -1;
+    place.seq += SEGMENT_JOBS - 1; /* the first among equals */
+    return !places_behind(places, &place) ? 0 : places->descending ? -1 : 1;
 }
 
-/* The same in a sealed segment; the news prevail. */
-static bool narrow_sealed(struct search *search, const struct term *term, int64_t segment)
+/* What the jobs of a segment are sorted by. */
+struct sorted_by {
+    const struct column_kept *column; /* NULL = none has it, but for the news */
+    const struct news *news;          /* these prevail */
+    size_t count;
+};
+
+/* Strikes out jobs that would stand beyond the ends of the list; false when none is left. */
+static bool narrow_to_list(struct search *search, int64_t segment, const struct sorted_by *by)
 {
-    const struct test *test = &term->test;
-    struct column_filter filter = {place, test, test->relation == FIND_OTHER};
-    struct stmt *row = &search->column_row;
-    bool before[SEGMENT_JOBS], any = term->key > 0 && step_column(search, term, segment);
-    size_t count = 0;
-    const struct news *news = store_news_of(&term->news, segment, &count);
+    const struct scalar nothing = {.type = SCALAR_NONE};
+    const struct list_ends ends = {&search->places, segment};
+    bool none = place_in_list(&ends, &nothing) == 0, before[SEGMENT_JOBS];
+    const struct column_filter filter = {place_in_list, &ends, .none = none};
+
     memcpy(before, search->wanted, sizeof before);
-    if (any) {
-        struct scalar least = store_news_scalar(row->handle, 0),
-                      most = store_news_scalar(row->handle, 1);
-
-        any = test_may_accept(test, &least, &most);
-    }
-    if (!any && !filter.negate)
+    if (!by->column && !none)
         memset(search->wanted, false, sizeof search->wanted);
-    else if (any &&
-             !column_narrow(sqlite3_column_blob(row->handle, 2),
-                            (size_t)sqlite3_column_bytes(row->handle, 2), &filter, search->wanted))
-        row->status = store_fault(search->db, SQLITE_CORRUPT, "decode a column");
-    for (size_t i = 0; i < count; i++) {
-        size_t job = (size_t)news[i].job % SEGMENT_JOBS;
+    else if (by->column &&
+             !column_narrow(by->column->bytes, by->column->size, &filter, search->wanted))
+        search->reader.row.status = store_fault(search->db, SQLITE_CORRUPT, "decode a column");
+    for (size_t i = 0; i < by->count; i++) {
+        size_t job = (size_t)by->news[i].job % SEGMENT_JOBS;
 
-        search->wanted[job] = before[job] && test_accepts(test, &news[i].value);
+        search->wanted[job] = before[job] && place_in_list(&ends, &by->news[i].value) == 0;
     }
-    return memchr(search->wanted, true, SEGMENT_JOBS) != NULL;
+    return !search->reader.row.status && memchr(search->wanted, true, SEGMENT_JOBS);
 }
 
+/* Offers the jobs that are left. */
+static enum store_status offer_sorted(struct search *search, int64_t segment,
+                                      const struct sorted_by *by)
+{
+    size_t news = 0;
+
+    for (size_t i = 0; i < SEGMENT_JOBS; i++) {
+        const bool *next = memchr(search->wanted + i, true, SEGMENT_JOBS - i);
+        struct place place = {.value.type = SCALAR_NONE};
+
+        if (!next)
+            break;
+        i = (size_t)(next - search->wanted);
+        place.seq = (segment << SEGMENT_BITS) + (int64_t)i;
+        while (news < by->count && by->news[news].job < place.seq)
+            news++;
+        if (news < by->count && by->news[news].job == place.seq)
+            place.value = by->news[news].value;
+        else if (by->column && !column_value(by->column->bytes, by->column->size, i, &place.value))
+            return store_fault(search->db, SQLITE_CORRUPT, "decode a column");
+        if (!places_offer(&search->places, &place))
+            return store_fault(search->db, SQLITE_NOMEM, "find jobs");
+    }
+    return STORE_OK;
+}
+
+/* The states of a sealed segment's jobs; NULL with row->status. */
+static const char *read_states(struct search *search, int64_t segment)
+{
+    struct stmt *row = &search->states_row;
+    const char *states = NULL;
+
+    stmt_again(row);
+    stmt_bind_integer(row, ":segment", segment);
+    if (stmt_step(row) && sqlite3_column_bytes(row->handle, 0) == SEGMENT_JOBS)
+        states = (const char *)sqlite3_column_text(row->handle, 0);
+    if (!states && !row->status)
+        row->status = store_fault(search->db, SQLITE_CORRUPT, "states of a segment");
+    return states;
+}
+
+/* By what other tables and the states say; then those that are left may join the list. */
+static enum store_status join(struct search *search, int64_t segment, const struct sorted_by *by)
+{
+    const char *states;
+
+    if (!narrow_to_members(search, segment))
+        return STORE_OK;
+    states = read_states(search, segment);
+    if (!states || !choose(search, states))
+        return search->states_row.status;
+    return by ? offer_sorted(search, segment, by) : offer_all(search, segment, NULL);
+}
+
+/* Columns are at hand more often than the rest: they come first. */
 static enum store_status visit_sealed(struct search *search, int64_t segment)
 {
+    const struct path_index *index = index_of(search, &search->term[search->conditions]);
+    struct sorted_by by = {0};
+    enum store_status status;
     bool left = true;
 
-    for (size_t i = 0; i < search->conditions && left; i++)
-        left = search->term[i].members.handle || narrow_sealed(search, &search->term[i], segment);
-    if (left && search->query->sort)
-        load_column(search, &search->term[search->conditions], segment);
-    if (search->column_row.status || !left)
-        return search->column_row.status;
-    return offer_all(search, segment, search->query->sort ? search->column : NULL);
+    for (size_t i = 0; i < search->conditions && left; i++) {
+        const struct term *term = &search->term[i];
+
+        left = term->members.handle || path_index_narrow(index_of(search, term), &search->reader,
+                                                         &term->test, segment, search->wanted);
+    }
+    if (search->reader.row.status || !left)
+        return search->reader.row.status;
+    if (!search->query->sort)
+        return join(search, segment, NULL);
+    by.column = path_index_column(index, &search->reader, segment);
+    by.news = store_news_of(&index->news, segment, &by.count);
+    status = narrow_to_list(search, segment, &by) ? join(search, segment, &by) : STORE_OK;
+    column_cache_release(by.column);
+    return search->reader.row.status ? search->reader.row.status : status;
 }
 
 /* Looks at the jobs themselves; values of finished ones are in the news. */
@@ -258,7 +305,7 @@ static enum store_status visit_open(struct search *search, int64_t segment)
     for (size_t i = 0; i < search->terms && left; i++) {
         const struct term *term = &search->term[i];
         size_t count;
-        const struct news *news = store_news_of(&term->news, segment, &count);
+        const struct news *news = store_news_of(&index_of(search, term)->news, segment, &count);
 
         sorted_by = gathered.key[term->same].column;
         for (size_t k = 0; k < count && term->same == i; k++)
@@ -274,23 +321,13 @@ static enum store_status visit_open(struct search *search, int64_t segment)
 
 static enum store_status visit(struct search *search, const struct zone *zone)
 {
-    struct stmt *row = &search->states_row;
-    int64_t segment = zone->segment;
-    const char *states = NULL;
-    bool sealed;
-
-    stmt_again(row);
-    stmt_bind_integer(row, ":segment", segment);
-    sealed = stmt_step(row);
-    if (row->status || (sealed && zone->excluded) || !narrow_to_members(search, segment))
-        return row->status;
-    if (!sealed)
-        return visit_open(search, segment);
-    if (sqlite3_column_bytes(row->handle, 0) == SEGMENT_JOBS)
-        states = (const char *)sqlite3_column_text(row->handle, 0);
-    if (!states)
-        return store_fault(search->db, SQLITE_CORRUPT, "states of a segment");
-    return choose(search, states) ? visit_sealed(search, segment) : STORE_OK;
+    if (zone->sealed && zone->excluded)
+        return STORE_OK;
+    for (size_t i = 0; i < SEGMENT_JOBS; i++)
+        search->wanted[i] = true;
+    if (zone->sealed)
+        return visit_sealed(search, zone->segment);
+    return narrow_to_members(search, zone->segment) ? visit_open(search, zone->segment) : STORE_OK;
 }
 
 /* -------------------------------------------------------------------- zones */
@@ -305,16 +342,33 @@ static int compare_zones(const void *a, const void *b, void *context)
 static enum store_status count_segments(struct search *search)
 {
     struct stmt row = stmt_init(search->db, "SELECT coalesce(max(seq), -1) >> 10 FROM jobs");
-    enum store_status status;
 
     if (stmt_step(&row))
         search->zones = (size_t)(stmt_integer(&row, 0) + 1);
-    status = stmt_fini(&row);
-    if (status == STORE_OK)
-        search->zone = calloc(search->zones + 1, sizeof *search->zone);
-    if (status == STORE_OK && !search->zone)
-        status = store_fault(search->db, SQLITE_NOMEM, "find jobs");
-    return status;
+    return stmt_fini(&row);
+}
+
+/* All segments, and which of them are sealed. */
+static enum store_status list_zones(struct search *search)
+{
+    bool oldest = search->query->ascending && !search->query->sort;
+    struct stmt row = {.status = STORE_OK};
+    size_t segment;
+
+    search->zone = calloc(search->zones + 1, sizeof *search->zone);
+    if (!search->zone)
+        return store_fault(search->db, SQLITE_NOMEM, "find jobs");
+    for (size_t i = 0; i < search->zones; i++) {
+        int64_t first = (int64_t)i << SEGMENT_BITS;
+
+        search->zone[i] = (struct zone){.segment = (int64_t)i};
+        search->zone[i].best.seq = oldest ? first : first + SEGMENT_JOBS - 1;
+    }
+    row = stmt_init(search->db, "SELECT segment FROM job_segments INDEXED BY job_segments_sealed");
+    while (stmt_step(&row))
+        if ((segment = (size_t)stmt_integer(&row, 0)) < search->zones)
+            search->zone[segment].sealed = true;
+    return stmt_fini(&row);
 }
 
 /* The zone becomes at least as good as this value. */
@@ -326,104 +380,54 @@ static void improve(struct search *search, int64_t segment, const struct scalar 
         *best = *value;
 }
 
-#define COLUMNS_OF_KEY                                                                             \
-    "SELECT id & 0xffffffff, least, most FROM job_columns"                                         \
-    " WHERE id BETWEEN :key << 32 AND (:key << 32) + 0xffffffff"
-
 /* Ends of columns that are texts are not kept: such a zone is open. */
-static enum store_status bound_zones(struct search *search)
+static void bound_zones(struct search *search)
 {
-    const struct term *term = &search->term[search->conditions];
-    struct stmt row = stmt_init(search->db, "SELECT segment FROM job_segments");
-    enum store_status status;
-    size_t segment;
+    const struct path_index *index = index_of(search, &search->term[search->conditions]);
 
-    for (size_t i = 0; i < search->zones; i++)
-        search->zone[i].open = true;
-    while (stmt_step(&row))
-        if ((segment = (size_t)stmt_integer(&row, 0)) < search->zones)
-            search->zone[segment].open = false;
-    status = stmt_fini(&row);
-    if (status)
-        return status;
-    row = stmt_init(search->db, COLUMNS_OF_KEY);
-    stmt_bind_integer(&row, ":key", term->key);
-    while (stmt_step(&row)) {
-        struct scalar end = store_news_scalar(row.handle, search->query->ascending ? 1 : 2);
+    for (size_t i = 0; i < search->zones; i++) {
+        const struct path_ends *ends = index->ends ? &index->ends[i] : NULL;
+        struct zone *zone = &search->zone[i];
 
-        segment = (size_t)stmt_integer(&row, 0);
-        if (segment < search->zones && end.type == SCALAR_NONE)
-            search->zone[segment].open = true;
-        else if (segment < search->zones)
-            improve(search, (int64_t)segment, &end);
+        zone->open = !zone->sealed;
+        if (!ends || !ends->there)
+            continue;
+        if (ends->least.type == SCALAR_NONE || ends->most.type == SCALAR_NONE)
+            zone->open = true;
+        else
+            improve(search, (int64_t)i, search->query->ascending ? &ends->least : &ends->most);
     }
-    for (size_t i = 0; i < term->news.count; i++) {
-        const struct news *news = &term->news.items[i];
+    for (size_t i = 0; i < index->news.count; i++) {
+        const struct news *news = &index->news.items[i];
 
         if (news->job >> SEGMENT_BITS < (int64_t)search->zones)
             improve(search, news->job >> SEGMENT_BITS, &news->value);
     }
-    return stmt_fini(&row);
 }
 
-/* Excludes segments by one condition: all that have no column, or one whose ends say that it cannot
- * have an accepted value, and no news. One pass over the ends of all costs less than looking them
- * up one by one. */
-static enum store_status exclude(struct search *search, const struct term *term)
+/* Excludes segments by the ends of the columns that conditions look at. */
+static void exclude(struct search *search)
 {
-    struct stmt row = stmt_init(search->db, COLUMNS_OF_KEY);
-    bool *may = calloc(search->zones + 1, sizeof *may);
-
-    if (!may)
-        row.status = store_fault(search->db, SQLITE_NOMEM, "find jobs");
-    stmt_bind_integer(&row, ":key", term->key);
-    while (stmt_step(&row)) {
-        struct scalar least = store_news_scalar(row.handle, 1);
-        struct scalar most = store_news_scalar(row.handle, 2);
-        size_t segment = (size_t)stmt_integer(&row, 0);
-
-        if (segment < search->zones)
-            may[segment] = test_may_accept(&term->test, &least, &most);
-    }
-    for (size_t i = 0; may && i < term->news.count; i++)
-        if (term->news.items[i].job >> SEGMENT_BITS < (int64_t)search->zones)
-            may[term->news.items[i].job >> SEGMENT_BITS] = true;
-    for (size_t i = 0; may && i < search->zones; i++)
-        search->zone[i].excluded = search->zone[i].excluded || !may[i];
-    free(may);
-    return stmt_fini(&row);
-}
-
-static enum store_status exclude_all(struct search *search)
-{
-    enum store_status status = STORE_OK;
-
-    for (size_t i = 0; i < search->conditions && status == STORE_OK; i++) {
+    for (size_t i = 0; i < search->conditions; i++) {
         const struct term *term = &search->term[i];
 
-        if (!term->members.handle && term->test.relation != FIND_OTHER)
-            status = exclude(search, term);
+        for (size_t k = 0; k < search->zones && !term->members.handle; k++)
+            if (!path_index_may(index_of(search, term), &term->test, k))
+                search->zone[k].excluded = true;
     }
-    return status;
 }
 
 /* Goes through the segments from the most to the least promising, as long as they promise
  * anything. */
 static enum store_status visit_all(struct search *search)
 {
-    bool by_seq = !search->query->sort, oldest = by_seq && search->query->ascending;
-    enum store_status status = count_segments(search);
+    bool by_seq = !search->query->sort;
+    enum store_status status = list_zones(search);
 
-    for (size_t i = 0; i < search->zones && status == STORE_OK; i++) {
-        int64_t first = (int64_t)i << SEGMENT_BITS;
-
-        search->zone[i] = (struct zone){.segment = (int64_t)i};
-        search->zone[i].best.seq = oldest ? first : first + SEGMENT_JOBS - 1;
-    }
     if (status == STORE_OK)
-        status = exclude_all(search);
+        exclude(search);
     if (status == STORE_OK && !by_seq)
-        status = bound_zones(search);
+        bound_zones(search);
     if (status == STORE_OK)
         qsort_r(search->zone, search->zones, sizeof search->zone[0], compare_zones,
                 &search->places);
@@ -473,10 +477,8 @@ static enum store_status add_terms(struct search *search)
         }
         while (strcmp(search->term[term->same].path, term->path) != 0)
             term->same++;
-        if (status == STORE_OK && *term->path)
-            status = find_key(search->db, term);
-        if (status == STORE_OK && term->key)
-            status = store_news_load(search->db, term->key, &term->news);
+        if (status == STORE_OK && *term->path && term->same == i)
+            status = path_index_load(&term->index, search->db, term->path, search->zones);
     }
     return status;
 }
@@ -511,30 +513,31 @@ static enum store_status make_page(struct search *search, const char *sort, stru
 static void search_fini(struct search *search)
 {
     for (size_t i = 0; i < search->terms; i++)
-        store_news_free(&search->term[i].news);
+        path_index_fini(&search->term[i].index);
     if (search->after.value.type == SCALAR_TEXT)
         free((char *)search->after.value.text);
     places_fini(&search->places);
     free(search->zone);
-    free(search->column);
 }
 
 /* All statements in one transaction: they see the same moment. */
-static enum store_status run(struct search *search)
+static enum store_status run(struct search *search, struct column_cache *cache)
 {
-    enum store_status status;
+    enum store_status status, end;
 
     search->states_row =
         stmt_init(search->db, "SELECT states FROM job_segments WHERE segment = :segment");
-    search->column_row =
-        stmt_init(search->db, "SELECT least, most, bytes FROM job_columns WHERE id = :id");
-    status = search->states_row.status ? search->states_row.status : search->column_row.status;
+    search->reader = column_reader_init(search->db, cache);
+    status = search->states_row.status ? search->states_row.status : search->reader.row.status;
+    if (status == STORE_OK)
+        status = count_segments(search);
     if (status == STORE_OK)
         status = add_terms(search);
     if (status == STORE_OK)
         status = visit_all(search);
     stmt_fini(&search->states_row);
-    stmt_fini(&search->column_row);
+    end = column_reader_fini(&search->reader);
+    status = status ? status : end;
     for (size_t i = 0; i < search->terms; i++) {
         enum store_status members = stmt_fini(&search->term[i].members);
 
@@ -553,16 +556,15 @@ enum store_status store_find(struct store *store, const struct find_query *query
     enum store_status status = STORE_BROKEN;
 
     assert(query->condition_count <= LIMIT_FILTERS_MAX && query->limit > 0);
-    search.column = malloc(sizeof *search.column);
     search.places.after = query->cursor ? &search.after : NULL;
-    if (sort && search.column && places_init(&search.places, query->limit + 1))
+    if (sort && places_init(&search.places, query->limit + 1))
         status = query->cursor && !cursor_parse(query->cursor, sort, &search.after) ? STORE_CONFLICT
                                                                                     : STORE_OK;
     if (status == STORE_OK) {
         search.db = store_read_begin(store);
         status = store_exec(search.db, "BEGIN");
         if (status == STORE_OK)
-            status = run(&search);
+            status = run(&search, store->columns);
         if (status == STORE_OK)
             status = make_page(&search, sort, page);
         if (!sqlite3_get_autocommit(search.db))
@@ -585,11 +587,11 @@ void find_page_fini(struct find_page *page)
 
 enum store_status store_find_known(struct store *store, const char *path, bool *known)
 {
-    struct term term = {.path = path};
+    int64_t key = 0;
     sqlite3 *db = store_read_begin(store);
-    enum store_status status = find_key(db, &term);
+    enum store_status status = path_key(db, path, &key);
 
     store_read_end(store, db);
-    *known = term.key > 0;
+    *known = key > 0;
     return status;
 }

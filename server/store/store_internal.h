@@ -52,6 +52,7 @@ struct store_tally {
 struct store {
     int lock_fd;
     char *path; /* DIR/bcd.sqlite */
+    struct column_cache *columns; /* NULL = no memory for it */
     pthread_mutex_t write_mutex;
     sqlite3 *writer;
     const char *begin_file; /* who began the transaction in progress, for the log */

@@ -287,15 +287,19 @@ static enum store_status write_column(sqlite3 *db, int64_t id, const struct colu
         free(bytes);
         return store_fault(db, SQLITE_NOMEM, "encode a column");
     }
-    row = stmt_init(db, "INSERT OR REPLACE INTO job_columns (id, least, most, bytes)"
-                        " VALUES (:id, :least, :most, :bytes)");
+    row = stmt_init(db, "INSERT OR REPLACE INTO job_columns (id, bytes) VALUES (:id, :bytes)");
     stmt_bind_integer(&row, ":id", id);
-    bind_end(&row, ":least", &least);
-    bind_end(&row, ":most", &most);
     stmt_bind_blob(&row, ":bytes", bytes, size);
     status = stmt_run(&row, NULL);
     free(bytes);
-    return status;
+    if (status)
+        return status;
+    row = stmt_init(db, "INSERT OR REPLACE INTO job_ends (id, version, least, most)"
+                        " VALUES (:id, random(), :least, :most)");
+    stmt_bind_integer(&row, ":id", id);
+    bind_end(&row, ":least", &least);
+    bind_end(&row, ":most", &most);
+    return stmt_run(&row, NULL);
 }
 
 /* Runs a statement with :key, :first and :last of a segment's jobs. */
@@ -387,16 +391,29 @@ enum store_status store_segment_fold(sqlite3 *db, int64_t segment)
 
 /* ------------------------------------------------------------------ sealing */
 
+#define OLD_COLUMNS                                                                                \
+    " WHERE id IN (SELECT id << 32 | :segment FROM job_keys"                                       \
+    " WHERE path NOT GLOB 'results.*' AND path NOT GLOB 'outcome.*')"
+
+static enum store_status delete_columns(sqlite3 *db, int64_t segment)
+{
+    static const char *const sql[] = {"DELETE FROM job_columns" OLD_COLUMNS,
+                                      "DELETE FROM job_ends" OLD_COLUMNS};
+    enum store_status status = STORE_OK;
+
+    for (size_t i = 0; i < sizeof sql / sizeof sql[0] && status == STORE_OK; i++) {
+        struct stmt old = stmt_init(db, sql[i]);
+
+        stmt_bind_integer(&old, ":segment", segment);
+        status = stmt_run(&old, NULL);
+    }
+    return status;
+}
+
 static enum store_status write_columns(sqlite3 *db, int64_t segment, struct gathered *gathered)
 {
-    struct stmt old =
-        stmt_init(db, "DELETE FROM job_columns WHERE id IN (SELECT id << 32 | :segment"
-                      " FROM job_keys WHERE path NOT GLOB 'results.*'"
-                      " AND path NOT GLOB 'outcome.*')");
-    enum store_status status;
+    enum store_status status = delete_columns(db, segment);
 
-    stmt_bind_integer(&old, ":segment", segment);
-    status = stmt_run(&old, NULL);
     for (size_t i = 0; i < gathered->count && status == STORE_OK; i++) {
         int64_t key = 0;
 
