@@ -8,8 +8,8 @@
  * (milliseconds since 1970).
  *
  * A page takes time in proportion to the jobs stored, but little: columns of values are looked
- * through, not jobs (store_segment.h): about ten milliseconds for a million. Pages in the default
- * order without conditions look at what they show.
+ * through, not jobs (store_segment.h), and they are kept in memory (store_column_cache.h): some
+ * milliseconds for a million. Pages in the default order without conditions look at what they show.
  *
  * See store.h for threads, errors and memory.
  */

@@ -249,8 +249,8 @@ static void what_happens_later_is_found(void **state)
                          i + 1);
     }
     assert_true(bench_number(store, "SELECT count(*) FROM job_news WHERE key = 3") < 100);
-    assert_int_equal(bench_number(store, "SELECT count(*) FROM job_columns"
-                                         " WHERE id = (3 << 32) AND most > 0"),
+    assert_int_equal(bench_number(store, "SELECT count(*) FROM job_ends JOIN job_columns"
+                                         " USING (id) WHERE id = (3 << 32) AND most > 0"),
                      1);
 }
 
@@ -377,6 +377,8 @@ static void outcomes_are_found(void **state)
     assert_int_equal(store_exec(bench->store->writer,
                                 "DELETE FROM job_columns WHERE id >> 32 IN"
                                 " (SELECT id FROM job_keys WHERE path GLOB 'outcome.*');"
+                                "DELETE FROM job_ends WHERE id NOT IN"
+                                " (SELECT id FROM job_columns);"
                                 "DELETE FROM job_keys WHERE path GLOB 'outcome.*'"),
                      STORE_OK);
     assert_int_equal(FOUND(bench->store, {"outcome.realizations", "=", "40"}), 0);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_store_find_long.c - what lists cost with 10^5 and 10^6 jobs stored: a page within 10 ms and
- * 20 ms of the processor, whatever is asked for; and what the index costs where jobs are inserted.
- * Times are medians of several pages. */
+ * 20 ms of the processor, whatever is asked for (twice as much where it shows a thousand jobs); and
+ * what the index costs where jobs are inserted. Times are medians of several pages. */
 #include "store_bench.h"
 
 #include "limits.h"
@@ -270,7 +270,7 @@ static void assert_fast(struct store *store, double limit_s)
             best = s < best ? s : best;
         }
         print_message("# %-45s %8.3f ms a page, %zu found\n", lists[i].what, 1e3 * best, found);
-        slow += best > limit_s;
+        slow += best > (lists[i].query.limit > 50 ? 2 * limit_s : limit_s);
     }
     assert_int_equal(slow, 0);
 }

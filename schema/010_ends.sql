@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: GPL-3.0-or-later
--- 009: what lists look at of every column stands apart from its values, so that it is read at once
+-- 010: what lists look at of every column stands apart from its values, so that it is read at once
 -- and the values are not, where a reader still has them.
 
 CREATE TABLE job_ends (                              -- of each row of job_columns, same id
