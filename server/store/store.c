@@ -364,6 +364,8 @@ static struct store *store_create(const char *dir)
     atomic_init(&store->large, 0);
     atomic_init(&store->unsettled, false);
     pthread_mutex_init(&store->write_mutex, NULL);
+    pthread_cond_init(&store->group_ended, NULL);
+    atomic_init(&store->joining, 0);
     pthread_mutex_init(&store->read_mutex, NULL);
     pthread_cond_init(&store->read_returned, NULL);
     if (asprintf(&store->path, "%s/bcd.sqlite", dir) < 0) {
@@ -440,6 +442,7 @@ void store_close(struct store *store)
         close(store->lock_fd);
     pthread_cond_destroy(&store->read_returned);
     pthread_mutex_destroy(&store->read_mutex);
+    pthread_cond_destroy(&store->group_ended);
     pthread_mutex_destroy(&store->write_mutex);
     column_cache_free(store->columns);
     free(store->path);

@@ -236,7 +236,7 @@ enum store_status store_jobs_insert(struct store *store, const struct job_new *j
     struct job_record found = {0};
     bool stands = false;
     sqlite3 *db;
-    enum store_status status = STORE_BEGIN(store, &db);
+    enum store_status status = STORE_BEGIN_SHARED(store, &db);
 
     if (status)
         return status;

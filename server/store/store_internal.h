@@ -57,6 +57,11 @@ struct store {
     sqlite3 *writer;
     const char *begin_file; /* who began the transaction in progress, for the log */
     int begin_line;
+    bool shared, joined;        /* it is of store_begin_shared; behind others of the same */
+    struct store_member *group; /* who is done and waits for the commit; NULL = nobody */
+    size_t group_size;
+    pthread_cond_t group_ended;
+    atomic_int joining; /* who waits for the mutex in store_begin_shared */
     struct watch watch;
     struct store_tally tally;
     atomic_int large;      /* transactions that take seconds, in progress or about to begin */
@@ -87,6 +92,12 @@ enum store_status store_open_schema(struct store **store, const char *dir,
 #define STORE_BEGIN(store, db) store_begin((store), (db), __FILE__, __LINE__)
 enum store_status store_begin(struct store *store, sqlite3 **db, const char *file, int line);
 
+/* The same for a transaction of a few rows that touches the connection through statements alone:
+ * those that come at the same time are committed together (store_group.c), and each is told what
+ * became of it. */
+#define STORE_BEGIN_SHARED(store, db) store_begin_shared((store), (db), __FILE__, __LINE__)
+enum store_status store_begin_shared(struct store *store, sqlite3 **db, const char *file, int line);
+
 /* Commits if status is STORE_OK, else rolls back; returns what became of it. */
 enum store_status store_end(struct store *store, enum store_status status);
 
@@ -94,6 +105,14 @@ enum store_status store_end(struct store *store, enum store_status status);
  * store_settle has something to do. */
 void store_large_begin(struct store *store);
 void store_large_end(struct store *store);
+
+/* Pieces of these, with the mutex held. store_begin_alone: no transaction is in progress. */
+enum store_status store_begin_alone(struct store *store, const char *file, int line);
+void store_rolled_back(struct store *store, enum store_status status);
+enum store_status store_group_end(struct store *store, enum store_status status,
+                                  struct watch *moves);
+/* Commits for those who are done, of whom there are some. */
+enum store_status store_group_commit(struct store *store);
 
 /* COMMIT; a large one leaves the log as long as it is. */
 enum store_status store_commit(struct store *store);

@@ -305,7 +305,7 @@ static enum store_status move(struct store *store, const char *id, enum job_stat
                               const char *error)
 {
     sqlite3 *db;
-    enum store_status status = STORE_BEGIN(store, &db);
+    enum store_status status = STORE_BEGIN_SHARED(store, &db);
 
     return status ? status : store_end(store, store_jobs_move(db, id, to, error));
 }

@@ -65,7 +65,7 @@ enum store_status store_results_checkpoint(struct store *store, const char *id, 
     struct chunk_change what = {id, chunk, bytes, size};
     int changes = 0;
     sqlite3 *db;
-    enum store_status status = STORE_BEGIN(store, &db);
+    enum store_status status = STORE_BEGIN_SHARED(store, &db);
 
     assert(chunk >= 0 && bytes);
     if (status)
@@ -154,7 +154,7 @@ enum store_status store_results_put_chunk(struct store *store, const char *id, i
 {
     struct chunk_change what = {id, chunk, tally, size};
     sqlite3 *db;
-    enum store_status status = STORE_BEGIN(store, &db);
+    enum store_status status = STORE_BEGIN_SHARED(store, &db);
 
     assert(chunk >= 0 && tally);
     return status ? status : store_end(store, put_chunk(db, &what));
@@ -247,7 +247,7 @@ enum store_status store_results_finish_with(struct store *store, const char *id,
     const struct samples_kept *kept = finish->kept;
     int64_t bytes = 0, seq = 0;
     sqlite3 *db;
-    enum store_status status = STORE_BEGIN(store, &db);
+    enum store_status status = STORE_BEGIN_SHARED(store, &db);
 
     if (status)
         return status;

@@ -54,6 +54,8 @@ static void checkpoint(struct store *store)
 {
     atomic_fetch_add(&store->large, 1);
     pthread_mutex_lock(&store->write_mutex);
+    if (store->group)
+        store_group_commit(store);
     sqlite3_wal_checkpoint_v2(store->writer, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
     pthread_mutex_unlock(&store->write_mutex);
     atomic_fetch_sub(&store->large, 1);

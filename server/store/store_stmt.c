@@ -83,17 +83,29 @@ static void end_left_over(sqlite3 *db)
         store_exec(db, "ROLLBACK");
 }
 
-enum store_status store_begin(struct store *store, sqlite3 **db, const char *file, int line)
+enum store_status store_begin_alone(struct store *store, const char *file, int line)
 {
     enum store_status status;
 
-    pthread_mutex_lock(&store->write_mutex);
     end_left_over(store->writer);
     status = store_exec(store->writer, "BEGIN IMMEDIATE");
     if (status) {
         store_health_note(store, status);
         log_write(LOG_LEVEL_ERROR, "store_begin_failed",
                   LOG_FIELDS(log_text("file", file), log_integer("line", line)));
+    }
+    return status;
+}
+
+enum store_status store_begin(struct store *store, sqlite3 **db, const char *file, int line)
+{
+    enum store_status status;
+
+    pthread_mutex_lock(&store->write_mutex);
+    if (store->group)
+        store_group_commit(store);
+    status = store_begin_alone(store, file, line);
+    if (status) {
         pthread_mutex_unlock(&store->write_mutex);
         return status;
     }
@@ -103,12 +115,8 @@ enum store_status store_begin(struct store *store, sqlite3 **db, const char *fil
     return STORE_OK;
 }
 
-enum store_status store_end(struct store *store, enum store_status status)
+void store_rolled_back(struct store *store, enum store_status status)
 {
-    struct watch moves;
-
-    if (status == STORE_OK)
-        status = store_commit(store);
     if (status == STORE_FULL || status == STORE_BROKEN)
         log_write(LOG_LEVEL_ERROR, "store_rolled_back",
                   LOG_FIELDS(log_text("file", store->begin_file),
@@ -120,8 +128,22 @@ enum store_status store_end(struct store *store, enum store_status status)
      * again from its start, and the next try may fit. */
     if (status == STORE_FULL)
         sqlite3_wal_checkpoint_v2(store->writer, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
-    store_health_note(store, status);
-    store_watch_take(store, status == STORE_OK, &moves);
+}
+
+enum store_status store_end(struct store *store, enum store_status status)
+{
+    struct watch moves;
+
+    if (store->shared) {
+        status = store_group_end(store, status, &moves);
+    } else {
+        if (status == STORE_OK)
+            status = store_commit(store);
+        if (status)
+            store_rolled_back(store, status);
+        store_health_note(store, status);
+        store_watch_take(store, status == STORE_OK, &moves);
+    }
     pthread_mutex_unlock(&store->write_mutex);
     store_watch_tell(&moves);
     return status;
