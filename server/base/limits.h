@@ -60,6 +60,9 @@ enum {
     LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */
     LIMIT_LEASE_MS = 30000,                /* a worker elsewhere is heard of this often */
     LIMIT_LEASE_BYTES_MAX = 700 << 10,     /* of a tally or checkpoint that goes to and fro */
+    LIMIT_LENT_CHECKPOINT_MS = 60000,      /* of a chunk that is run elsewhere, in the store */
+    LIMIT_LENDING_TAKE = 4,                /* threads that lend: so many take chunks at a time, */
+    LIMIT_LENDING_WORK = 4,                /* so many put results away and finish jobs */
     LIMIT_LEASES_REMEMBERED = 4096,        /* results, compared with those that come once more */
     LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
     LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */

@@ -22,6 +22,7 @@ struct lease {
     int64_t attempts, until_ms;
     struct blob checkpoint, begun;
     bool fresh; /* the checkpoint has not been told yet */
+    bool woken;
     double core_seconds, told_seconds;
     bool returned, failed;
     struct blob tally;
@@ -154,7 +155,7 @@ void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news)
     until.tv_sec += wait_ms / 1000 + until.tv_nsec / 1000000000;
     until.tv_nsec %= 1000000000;
     pthread_mutex_lock(&leases->mutex);
-    while (code == 0 && !lease->returned && !lease->failed && !lease->fresh)
+    while (code == 0 && !lease->returned && !lease->failed && !lease->fresh && !lease->woken)
         code = pthread_cond_timedwait(&lease->changed, &leases->mutex, &until);
     news->core_seconds = lease->core_seconds - lease->told_seconds;
     lease->told_seconds = lease->core_seconds;
@@ -165,7 +166,17 @@ void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news)
     news->error = lease->error;
     if (lease->fresh && !lease->returned)
         news->checkpoint = copy(&lease->checkpoint);
-    lease->fresh = false;
+    lease->fresh = lease->woken = false;
+    pthread_mutex_unlock(&leases->mutex);
+}
+
+void leases_wake(struct leases *leases)
+{
+    pthread_mutex_lock(&leases->mutex);
+    for (struct lease *lease = leases->first; lease; lease = lease->next) {
+        lease->woken = true;
+        pthread_cond_signal(&lease->changed);
+    }
     pthread_mutex_unlock(&leases->mutex);
 }
 

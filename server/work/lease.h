@@ -50,6 +50,8 @@ struct lease_news {
     struct bcd_error error;
 };
 void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news);
+/* All who wait in lease_wait look up, once. */
+void leases_wake(struct leases *leases);
 /* Takes the offer back; whoever has it is told at the next heartbeat. */
 void lease_end(struct lease *lease);
 

@@ -386,10 +386,8 @@ static enum run_end put_tally(struct work *work)
     return outcome;
 }
 
-static enum run_end run_chunk(struct work *work)
+enum run_end work_run_here(struct work *work)
 {
-    if (work->workers->leases && work_can_lend(work))
-        return work_lend(work);
     allow(work);
     work->error.code = create_run_patiently(work);
     if ((work->error.code == BCD_NO_MEMORY || work->error.code == BCD_STOPPED) &&
@@ -440,7 +438,7 @@ static void do_task(struct worker *worker, struct task *task)
     bool last = task->chunk == QUEUE_FINISH;
 
     if (!last) {
-        enum run_end outcome = run_chunk(&work);
+        enum run_end outcome = work_run_chunk(&work);
 
         bcd_run_free(work.run);
         work.run = NULL;
@@ -456,8 +454,12 @@ static void do_task(struct worker *worker, struct task *task)
     }
     if (last) {
         work.allowed_ns = 0; /* theory has a limit of its own, and the rest is short */
-        enum finish finish = work_finish(&work);
+        enum finish finish = FINISH_ENDED; /* stopped: at the next start */
 
+        if (work_begin(&work)) {
+            finish = work_finish(&work);
+            work_end(&work);
+        }
         if (finish == FINISH_FAILED)
             fail_job(&work);
         if (finish != FINISH_AGAIN)
@@ -473,7 +475,7 @@ static void *worker_main(void *context)
     struct task task;
 
     atomic_store(&worker->id, gettid());
-    while (queue_claim(worker->workers->queue, &task)) {
+    while (work_take(worker->workers, &task)) {
         atomic_store(&worker->seen_ns, work_now_ns());
         atomic_store(&worker->busy, true);
         crash_note(task.id, task.chunk);
@@ -510,6 +512,8 @@ struct workers *workers_start_lending(size_t count, struct queue *queue, struct 
         return NULL;
     }
     workers->leases = leases;
+    sem_init(&workers->taking, 0, LIMIT_LENDING_TAKE);
+    sem_init(&workers->working, 0, LIMIT_LENDING_WORK);
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &kept);
     while (code == 0 && workers->count < count) {
@@ -549,9 +553,13 @@ void workers_stop(struct workers *workers)
     if (!workers)
         return;
     queue_stop(workers->queue);
+    if (workers->leases)
+        leases_wake(workers->leases);
     for (size_t i = 0; i < workers->count; i++)
         pthread_join(workers->each[i].thread, NULL);
     store_attempts_stop(workers->store); /* if it fails, they count as lost: no harm */
+    sem_destroy(&workers->taking);
+    sem_destroy(&workers->working);
     free(workers->crash_path);
     free(workers);
 }

@@ -10,6 +10,7 @@
 #include "worker.h"
 
 #include <pthread.h>
+#include <semaphore.h>
 #include <stdatomic.h>
 
 enum { MEMORY_TRIES_MAX = 8 };
@@ -25,11 +26,16 @@ struct worker {
     atomic_int_least64_t checkpoints, saving_ns; /* made, and what that took of the processor */
 };
 
+/* Where chunks are lent there are hundreds of threads, most of which wait for theirs to come back.
+ * So that those who do not wait leave the machine to others, only so many at a time take a chunk
+ * from the queue (which may start a job), and only so many work: put a result away, finish a job,
+ * or run what cannot be lent. Who takes waits for work, and must keep nobody from that. */
 struct workers {
     struct queue *queue;
     struct store *store;
     char *crash_path;
-    struct leases *leases; /* NULL = chunks are run here */
+    struct leases *leases; /* NULL = chunks are run here, and nobody waits for the two: */
+    sem_t taking, working;
     size_t count;
     struct worker each[];
 };
@@ -63,6 +69,8 @@ bool work_back_off(const struct work *work, int tries);
 /* What to do about a store that answered `status` at try number `tries`: true = try again. */
 bool work_try_again(struct work *work, enum store_status status, int tries);
 
+/* Runs the chunk in this thread, and stores its tally. */
+enum run_end work_run_here(struct work *work);
 /* Stores a finished chunk's tally, with patience. */
 enum run_end work_put_chunk(struct work *work, const void *bytes, size_t size);
 int64_t work_now_ns(void);
@@ -70,10 +78,16 @@ double work_rod_steps(const struct bcd_scene *scene); /* of one chunk */
 
 /* ------------------------------------------------------------- worker_lend.c */
 
-/* Whether the chunk may be run elsewhere: what goes to and fro must fit into a request. */
-bool work_can_lend(const struct work *work);
-/* Lends it until somebody has run it. */
-enum run_end work_lend(struct work *work);
+/* The next task; false = there will be none. */
+bool work_take(struct workers *workers, struct task *task);
+
+/* Between these a task that was lent is worked at here; false = it is to stop, and nothing was
+ * begun. Where nothing is lent they do nothing. */
+bool work_begin(struct work *work);
+void work_end(struct work *work);
+
+/* The chunk, here or elsewhere. */
+enum run_end work_run_chunk(struct work *work);
 
 /* ----------------------------------------------------------- worker_finish.c */
 

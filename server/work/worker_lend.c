@@ -11,10 +11,50 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
-enum { LOOK_MS = 200 }; /* at cancel and stop, while nothing comes */
+enum { LOOK_MS = 1000 }; /* at cancel, while nothing comes: there may be hundreds who look */
 
-bool work_can_lend(const struct work *work)
+bool work_begin(struct work *work)
+{
+    struct workers *workers = work->workers;
+    struct timespec until;
+
+    if (!workers->leases)
+        return true;
+    do {
+        if (work_should_stop(work))
+            return false;
+        atomic_store(&work->worker->seen_ns, work_now_ns());
+        clock_gettime(CLOCK_MONOTONIC, &until);
+        until.tv_sec++;
+    } while (sem_clockwait(&workers->working, CLOCK_MONOTONIC, &until) != 0);
+    return true;
+}
+
+void work_end(struct work *work)
+{
+    if (work->workers->leases)
+        sem_post(&work->workers->working);
+}
+
+bool work_take(struct workers *workers, struct task *task)
+{
+    bool taken;
+
+    if (!workers->leases)
+        return queue_claim(workers->queue, task);
+    while (sem_wait(&workers->taking) != 0) /* a signal, as debuggers send them */
+        ;
+    taken = queue_claim(workers->queue, task);
+    sem_post(&workers->taking); /* when there will be none the next one sees that, too */
+    return taken;
+}
+
+/* -------------------------------------------------------------------- lending */
+
+/* Whether the chunk may be run elsewhere: what goes to and fro must fit into a request. */
+static bool can_lend(const struct work *work)
 {
     struct bcd_estimate estimate;
 
@@ -67,9 +107,51 @@ static void put_checkpoint(struct work *work, const struct blob *checkpoint)
                              log_integer("bytes", (int64_t)checkpoint->size)));
 }
 
+/* The latest checkpoint that is not in the store yet, and when one went there. A worker that dies
+ * needs none there, for the lease has it; only when the daemon dies, too, it is missed. */
+struct kept {
+    struct blob unsaved;
+    int64_t ns;
+};
+
+/* Now and then, and before the daemon stops. */
+static void keep_checkpoint(struct work *work, struct kept *kept, struct lease_news *news)
+{
+    bool stops = queue_stopping(work->workers->queue), in_turn;
+
+    if (news->checkpoint.size > 0) {
+        blob_fini(&kept->unsaved);
+        kept->unsaved = news->checkpoint;
+        news->checkpoint = (struct blob){0};
+    }
+    if (kept->unsaved.size == 0 || news->returned || atomic_load(work->task->cancelled) ||
+        (!stops && work_now_ns() < kept->ns + LIMIT_LENT_CHECKPOINT_MS * INT64_C(1000000)))
+        return;
+    in_turn = work_begin(work);
+    put_checkpoint(work, &kept->unsaved);
+    if (in_turn)
+        work_end(work);
+    blob_fini(&kept->unsaved);
+    kept->ns = work_now_ns();
+}
+
+/* A result that was taken is put away even when the daemon is about to stop. */
+static enum run_end put_away(struct work *work, const struct blob *tally)
+{
+    bool in_turn = work_begin(work);
+    enum run_end outcome = work_put_chunk(work, tally->bytes, tally->size);
+
+    if (in_turn)
+        work_end(work);
+    atomic_fetch_add(&work->worker->rod_steps, (int64_t)work_rod_steps(work->task->scene));
+    return outcome;
+}
+
 /* Follows the lease to its end. */
 static enum run_end follow(struct work *work, struct lease *lease)
 {
+    struct kept kept = {.ns = work_now_ns()};
+
     for (;;) {
         struct lease_news news;
         enum run_end outcome = RUN_STOPPED;
@@ -78,11 +160,9 @@ static enum run_end follow(struct work *work, struct lease *lease)
         lease_wait(lease, LOOK_MS, &news);
         atomic_store(&work->worker->seen_ns, work_now_ns());
         queue_spend(work->workers->queue, work->task, news.core_seconds);
-        if (news.checkpoint.size > 0)
-            put_checkpoint(work, &news.checkpoint);
+        keep_checkpoint(work, &kept, &news);
         if (news.returned) {
-            outcome = work_put_chunk(work, news.tally.bytes, news.tally.size);
-            atomic_fetch_add(&work->worker->rod_steps, (int64_t)work_rod_steps(work->task->scene));
+            outcome = put_away(work, &news.tally);
         } else if (news.failed) {
             outcome = RUN_FAILED;
             work->error = news.error;
@@ -90,12 +170,15 @@ static enum run_end follow(struct work *work, struct lease *lease)
         ended = news.returned || news.failed || work_should_stop(work);
         blob_fini(&news.checkpoint);
         blob_fini(&news.tally);
-        if (ended)
+        if (ended) {
+            blob_fini(&kept.unsaved);
             return outcome;
+        }
     }
 }
 
-enum run_end work_lend(struct work *work)
+/* Lends it until somebody has run it. */
+static enum run_end lend(struct work *work)
 {
     struct lease *lease = offer(work);
     enum run_end outcome;
@@ -106,5 +189,18 @@ enum run_end work_lend(struct work *work)
     }
     outcome = follow(work, lease);
     lease_end(lease);
+    return outcome;
+}
+
+enum run_end work_run_chunk(struct work *work)
+{
+    enum run_end outcome = RUN_STOPPED;
+
+    if (work->workers->leases && can_lend(work))
+        return lend(work);
+    if (work_begin(work)) {
+        outcome = work_run_here(work);
+        work_end(work);
+    }
     return outcome;
 }
