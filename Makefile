@@ -36,10 +36,11 @@ ENGINE_SRC = $(wildcard engine/*.c engine/*/*.c)
 SERVER_SRC = $(filter-out server/main.c server/cli/cli.c, $(wildcard server/*.c server/*/*.c))
 SCHEMA_SQL = $(sort $(wildcard schema/*.sql))
 TEST_SRC   = $(wildcard tests/*/test_*.c)
-SUPPORT_SRC = $(filter-out $(TEST_SRC) $(PRELOAD_SRC) tests/fuzz/% tests/fault/short_memory.c, \
+SUPPORT_SRC = $(filter-out $(TEST_SRC) $(PRELOAD_SRC) $(TOOL_SRC) tests/fuzz/% tests/fault/short_memory.c, \
 		$(wildcard tests/*/*.c))
 FUZZ_SRC    = $(filter-out $(TEST_SRC) tests/fuzz/libfuzzer.c, $(wildcard tests/fuzz/*.c))
 PRELOAD_SRC = $(wildcard tests/preload/*.c)
+TOOL_SRC    = $(wildcard tests/tools/*.c)
 Q = $(if $V,,@)# make V=1 shows whole commands
 comma      = ,
 obj        = $(patsubst %.c,$B/obj/%.o,$(1))
@@ -134,7 +135,9 @@ PRELOADS = $(patsubst tests/%.c,$B/tests/%.so,$(PRELOAD_SRC))
 $B/tests/%.so: $B/obj/tests/%.o
 	@mkdir -p $(@D)
 	$Q$(CC) $(LDFLAGS) -shared -o $@ $^
-tests: $(TESTS) $(PRELOADS)
+# Programs that shell tests run.
+TOOLS = $(patsubst tests/%.c,$B/tests/%,$(TOOL_SRC))
+tests: $(TESTS) $(PRELOADS) $(TOOLS)
 
 # The tests of the API's description are JavaScript; their packages stay out of the source tree.
 node-modules: $B/node/installed
