@@ -30,6 +30,13 @@ const struct aside_rules aside_rules[LANES] = {
                       .full = "another backup is being made or sent",
                       .ends = true,
                       .ms_max = LIMIT_BACKUP_MS},
+    [LANE_RESULTS] = {.name = "results",
+                      .waiting_max = LIMIT_ASIDE_MAX,
+                      .full = "so many long results wait to be printed already (LIMIT_ASIDE_MAX)",
+                      .owner_max = LIMIT_RESULTS_OWNER_MAX,
+                      .enough = "so many long results that you asked for wait, or are being "
+                                "printed (LIMIT_RESULTS_OWNER_MAX)",
+                      .ends = true},
 };
 
 /* THREADS  Who works at it fills in the reply before `done` is set, whoever takes the reply looks

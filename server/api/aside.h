@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * aside.h - requests that may take seconds (sweeps, and pictures of them, theories, backups) are
- * answered by threads of their own, one for each lane, one request after another, while their
- * connections rest: the threads of http.c go on with everybody else.
+ * aside.h - requests that may take seconds (sweeps, and pictures of them, theories, backups, long
+ * results) are answered by threads of their own, one for each lane, one request after another,
+ * while their connections rest: the threads of http.c go on with everybody else.
  *
  * THREADS  aside_answer may be called from any thread, the others from one.
  */

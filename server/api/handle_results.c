@@ -1,6 +1,9 @@
-/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * handle_results.c - what a job has measured. Long tables take seconds to be printed: aside. */
+#include "aside.h"
 #include "caption.h"
 #include "handle.h"
+#include "limits.h"
 #include "plot_svg.h"
 #include "reply.h"
 #include "scene_json.h"
@@ -13,9 +16,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a result is asked for as, and the tag of it. */
+/* What a result is asked for as, by whom it is answered, and the tag of it. */
 struct form {
     const char *name;
+    handler *handle;
     char etag[ETAG_SIZE];
 };
 
@@ -28,6 +32,8 @@ static struct bcd_table *load_named(const struct service *service, const struct 
                                     struct reply *reply);
 static bool unchanged(const struct call *call, const struct job_record *record, const char *form,
                       char etag[ETAG_SIZE], struct reply *reply);
+static bool goes_aside(const struct service *service, const struct call *call, handler *handle,
+                       struct reply *reply);
 static char *caption(const struct job_record *record);
 
 void handle_results_all(const struct service *service, const struct call *call, struct reply *reply)
@@ -40,7 +46,8 @@ void handle_results_all(const struct service *service, const struct call *call, 
     char etag[ETAG_SIZE];
     if (!find_done(service, id, &record, reply))
         return;
-    if (unchanged(call, &record, "all", etag, reply)) {
+    if (unchanged(call, &record, "all", etag, reply) ||
+        goes_aside(service, call, handle_results_all, reply)) {
         job_record_fini(&record);
         return;
     }
@@ -75,7 +82,7 @@ cleanup:
 void handle_results_json(const struct service *service, const struct call *call,
                          struct reply *reply)
 {
-    struct form form = {.name = "json"};
+    struct form form = {.name = "json", .handle = handle_results_json};
     struct job_record record = {0};
     struct bcd_table *table = load_named(service, call, &record, &form, reply);
     if (table) {
@@ -88,7 +95,7 @@ void handle_results_json(const struct service *service, const struct call *call,
 
 void handle_results_csv(const struct service *service, const struct call *call, struct reply *reply)
 {
-    struct form form = {.name = "csv"};
+    struct form form = {.name = "csv", .handle = handle_results_csv};
     struct job_record record = {0};
     struct bcd_table *table = load_named(service, call, &record, &form, reply);
     if (table) {
@@ -101,7 +108,7 @@ void handle_results_csv(const struct service *service, const struct call *call, 
 
 void handle_results_svg(const struct service *service, const struct call *call, struct reply *reply)
 {
-    struct form form = {.name = "svg"};
+    struct form form = {.name = "svg", .handle = handle_results_svg};
     struct job_record record = {0};
     struct bcd_table *table = load_named(service, call, &record, &form, reply);
     if (table) {
@@ -161,7 +168,8 @@ static struct bcd_table *load_named(const struct service *service, const struct 
                                     struct reply *reply)
 {
     if (!find_done(service, call->arg[0], record, reply) ||
-        unchanged(call, record, form->name, form->etag, reply))
+        unchanged(call, record, form->name, form->etag, reply) ||
+        goes_aside(service, call, form->handle, reply))
         return NULL;
     return load_table(service, call->arg[0], call->arg[1], reply);
 }
@@ -180,6 +188,23 @@ static bool unchanged(const struct call *call, const struct job_record *record, 
     if (!reply_unchanged(reply, call->request, etag))
         return false;
     reply_immutable(reply, etag);
+    return true;
+}
+
+/* True: what is asked for is long, and the thread that it is printed by has others to serve. */
+static bool goes_aside(const struct service *service, const struct call *call, handler *handle,
+                       struct reply *reply)
+{
+    struct aside *lane = service->lane[LANE_RESULTS];
+    const char *observable = call->arg[1][0] ? call->arg[1] : NULL;
+    int64_t bytes = 0;
+    if (!call->request->held && (!lane || call->request->last))
+        return false; /* there already */
+    if (!call->request->held &&
+        (store_results_bytes(service->store, call->arg[0], observable, &bytes) != STORE_OK ||
+         bytes <= LIMIT_RESULT_AT_ONCE_BYTES))
+        return false;
+    aside_answer(lane, handle, service, call, reply);
     return true;
 }
 

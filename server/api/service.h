@@ -32,6 +32,7 @@ enum lane {
     LANE_DRAWINGS, /* of sweeps: they write nothing */
     LANE_THEORIES,
     LANE_BACKUPS,
+    LANE_RESULTS, /* long ones of a job */
     LANES
 };
 

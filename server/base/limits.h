@@ -31,6 +31,8 @@ enum {
     LIMIT_STREAMS_MAX = 500,               /* open event streams */
     LIMIT_MAP_CELLS_MAX = 10000,           /* of a heat map */
     LIMIT_ASIDE_MAX = 16,                  /* long requests of a kind that wait for another */
+    LIMIT_RESULT_AT_ONCE_BYTES = 1 << 18,  /* a longer table is printed aside, */
+    LIMIT_RESULTS_OWNER_MAX = 8,           /* so many of one owner and no more */
     LIMIT_THEORY_OWNER_MAX = 4,            /* POST /v1/theory of one owner, waiting or at work */
     LIMIT_HOLDS_MAX = 1000,                /* requests that wait for something to happen */
     LIMIT_WAIT_SECONDS_MAX = 60,           /* ?wait= */
@@ -101,7 +103,7 @@ enum {
 
 /* How equilibrium starts are drawn, in the same seconds: looked for at the submission, else left to
  * the start of the job. */
-#define LIMIT_PREPARE_SECONDS_MAX 1.
+#define LIMIT_PREPARE_SECONDS_MAX .03
 #define LIMIT_START_SECONDS_MAX 60.
 
 /* A part of a job that has used more than so many times its estimate, and so many core seconds

@@ -297,6 +297,23 @@ enum store_status store_results_get(struct store *store, const char *id, const c
     return status;
 }
 
+enum store_status store_results_bytes(struct store *store, const char *id, const char *observable,
+                                      int64_t *bytes)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row = stmt_init(db, "SELECT coalesce(sum(length(bytes)), 0) FROM results"
+                                    " WHERE job = (SELECT seq FROM jobs WHERE id = :id)"
+                                    " AND (:observable IS NULL OR observable = :observable)");
+    enum store_status status;
+
+    stmt_bind_text(&row, ":id", id);
+    stmt_bind_text(&row, ":observable", observable);
+    *bytes = stmt_step(&row) ? stmt_integer(&row, 0) : 0;
+    status = stmt_fini(&row);
+    store_read_end(store, db);
+    return status;
+}
+
 enum store_status store_results_names(struct store *store, const char *id, char ***names,
                                       size_t *count)
 {

@@ -69,6 +69,10 @@ enum store_status store_results_finish_with(struct store *store, const char *id,
 enum store_status store_results_get(struct store *store, const char *id, const char *observable,
                                     struct blob *table);
 
+/* How long the tables of a job are, or (observable not NULL) one of them; 0 = there are none. */
+enum store_status store_results_bytes(struct store *store, const char *id, const char *observable,
+                                      int64_t *bytes);
+
 /* Names of a finished job's observables, in the result's order (malloc'ed strings and array). */
 enum store_status store_results_names(struct store *store, const char *id, char ***names,
                                       size_t *count);
