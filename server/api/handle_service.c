@@ -70,6 +70,10 @@ static void check_workers(const struct service *service, struct bcd_errors *erro
     if (counts.silent_ms > LIMIT_READY_WORKER_MS)
         bcd_errors_add(errors, "/workers", "one has not moved for %lld s",
                        (long long)counts.silent_ms / 1000);
+    int64_t preparing_ms = queue_preparing_ms(service->queue);
+    if (preparing_ms > LIMIT_READY_WORKER_MS)
+        bcd_errors_add(errors, "/workers", "one has prepared a job for %lld s",
+                       (long long)preparing_ms / 1000);
 }
 
 void handle_service_index(const struct service *service, const struct call *call,

@@ -19,6 +19,10 @@ char *outcome_json_print(const struct outcome *outcome)
         text_add_json_string(&text, outcome->reused_from);
     else
         text_add(&text, "null");
+    if (outcome->core_seconds > 0) {
+        text_add(&text, ",\"core_seconds\":");
+        text_add_number(&text, outcome->core_seconds);
+    }
     if (verdict && verdict->stop != BCD_STOP_ALL)
         add_target(&text, verdict);
     text_add(&text, "}");

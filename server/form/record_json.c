@@ -46,7 +46,9 @@ char *record_json_print_attempts(const struct attempt *attempts, size_t count)
             text_add_json_string(&text, attempt->ended);
         else
             text_add(&text, "null");
-        text_add(&text, ",\"saves\":%" PRId64 ",\"reason\":", attempt->saves);
+        text_add(&text, ",\"saves\":%" PRId64 ",\"core_seconds\":", attempt->saves);
+        text_add_number(&text, attempt->core_seconds);
+        text_add(&text, ",\"reason\":");
         if (attempt->reason)
             text_add_json_string(&text, attempt->reason);
         else

@@ -113,6 +113,51 @@ enum store_status store_attempts_stop(struct store *store)
                    NULL));
 }
 
+/* ----------------------------------------------------------------------- use */
+
+enum store_status store_attempts_add_use(sqlite3 *db, const char *id, double seconds)
+{
+    struct stmt row =
+        stmt_init(db, "UPDATE attempts SET core_seconds = core_seconds + :seconds"
+                      " WHERE job = (SELECT seq FROM jobs WHERE id = :id) AND number ="
+                      " (SELECT max(number) FROM attempts AS a WHERE a.job = attempts.job)");
+
+    stmt_bind_text(&row, ":id", id);
+    stmt_bind_number(&row, ":seconds", seconds);
+    return stmt_run(&row, NULL);
+}
+
+enum store_status store_attempts_use(struct store *store, const struct attempt_use *uses,
+                                     size_t count)
+{
+    sqlite3 *db;
+    enum store_status status = STORE_BEGIN(store, &db);
+
+    if (status)
+        return status;
+    for (size_t i = 0; status == STORE_OK && i < count; i++)
+        status = store_attempts_add_use(db, uses[i].job, uses[i].seconds);
+    return store_end(store, status);
+}
+
+enum store_status store_attempts_used(struct store *store, const char *id, double *seconds)
+{
+    sqlite3 *db = store_read_begin(store);
+    struct stmt row = stmt_init(db, "SELECT total(core_seconds) FROM attempts"
+                                    " WHERE job = (SELECT seq FROM jobs WHERE id = :id)");
+    double found = 0;
+    enum store_status status;
+
+    stmt_bind_text(&row, ":id", id);
+    if (stmt_step(&row))
+        found = stmt_number(&row, 0);
+    status = stmt_fini(&row);
+    store_read_end(store, db);
+    if (status == STORE_OK)
+        *seconds = found;
+    return status;
+}
+
 /* ------------------------------------------------------------------- looking */
 
 enum store_status store_attempts_barren(struct store *store, const char *id,
@@ -153,7 +198,8 @@ void attempts_free(struct attempt *attempts, size_t count)
 static enum store_status list(sqlite3 *db, int64_t seq, size_t limit, struct attempt **attempts,
                               size_t *count)
 {
-    struct stmt row = stmt_init(db, "SELECT number, started_ms, ended_ms, saves, ended, reason"
+    struct stmt row = stmt_init(db, "SELECT number, started_ms, ended_ms, saves, ended, reason,"
+                                    " core_seconds"
                                     " FROM attempts WHERE job = :job"
                                     " ORDER BY number DESC LIMIT :limit");
     struct attempt *array = NULL;
@@ -172,6 +218,7 @@ static enum store_status list(sqlite3 *db, int64_t seq, size_t limit, struct att
             .ended_ms = stmt_integer(&row, 2),
             .saves = stmt_integer(&row, 3),
             .reason = stmt_text(&row, 5),
+            .core_seconds = stmt_number(&row, 6),
         };
         stmt_text_to(&row, 4, array[used].ended, sizeof array[used].ended);
         used++;

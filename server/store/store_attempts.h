@@ -37,10 +37,21 @@ struct attempts_barren {
 enum store_status store_attempts_barren(struct store *store, const char *id,
                                         struct attempts_barren *barren);
 
+/* Core seconds that jobs have used go to the latest attempt of each. */
+struct attempt_use {
+    char job[JOB_ID_SIZE];
+    double seconds;
+};
+enum store_status store_attempts_use(struct store *store, const struct attempt_use *uses,
+                                     size_t count);
+/* Those of all attempts of a job together. */
+enum store_status store_attempts_used(struct store *store, const char *id, double *seconds);
+
 /* The job's attempts, newest first, at most `limit`; STORE_NOT_FOUND = no such job. */
 struct attempt {
     int64_t number, started_ms, ended_ms, saves; /* ended_ms 0 = it is in motion */
     char ended[16];                              /* "" = it is in motion */
+    double core_seconds;                         /* used, as far as they are in the store */
     char *reason;                                /* or NULL */
 };
 enum store_status store_attempts_list(struct store *store, const char *id, size_t limit,

@@ -204,6 +204,9 @@ enum store_status store_samples_add(sqlite3 *db, const char *id, const struct sa
 enum store_status store_jobs_add(sqlite3 *db, const struct job_new *job, struct job_record *record,
                                  bool *existed);
 
+/* store_attempts_use of one job inside a transaction. */
+enum store_status store_attempts_add_use(sqlite3 *db, const char *id, double seconds);
+
 /* store_audit_write and store_owners_get inside a transaction. */
 enum store_status store_audit_add(sqlite3 *db, const struct audit_new *line);
 enum store_status store_owners_find(sqlite3 *db, const char *owner, struct owner_record *record);

@@ -252,6 +252,8 @@ enum store_status store_results_finish_with(struct store *store, const char *id,
     if (status)
         return status;
     status = store_jobs_move(db, id, JOB_DONE, NULL);
+    if (status == STORE_OK && finish->core_seconds > 0)
+        status = store_attempts_add_use(db, id, finish->core_seconds);
     if (status == STORE_OK)
         status = store_jobs_seq(db, id, &seq);
     for (size_t i = 0; status == STORE_OK && i < finish->count; i++) {

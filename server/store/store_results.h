@@ -60,6 +60,7 @@ struct samples_kept {
 struct finish_new {
     const struct result_new *results;
     size_t count;
+    double core_seconds;             /* used that its attempt lacks yet (store_attempts.h) */
     const struct samples_kept *kept; /* NULL = nothing */
 };
 enum store_status store_results_finish_with(struct store *store, const char *id,

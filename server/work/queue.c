@@ -157,6 +157,8 @@ static bool work_on(struct queue *queue, struct owner *owner, bool jumps, struct
         start_ask(queue, owner);
     } else if (owner->waiting && (!entry || owner->head.priority > entry->priority)) {
         start_head(queue, owner);
+    } else if (entry->resumes) {
+        start_again(queue, entry);
     } else if (entry_claim(entry, task)) {
         owner->greeted = true;
         queue->jumped = jumps;
@@ -196,6 +198,8 @@ void queue_done(struct queue *queue, struct task *task, bool *last)
     *last = entry->chunks_done == entry->chunks && !entry->ended;
     if (*last)
         entry->pinned = true; /* until queue_forget */
+    else
+        task->entry = NULL;
     entry_release(queue, entry);
     pthread_mutex_unlock(&queue->mutex);
 }
@@ -214,14 +218,14 @@ void queue_forget(struct queue *queue, const char *id)
     pthread_mutex_unlock(&queue->mutex);
 }
 
-enum store_status queue_again(struct queue *queue, const char *id, int64_t least, double expected)
+enum store_status queue_again(struct queue *queue, struct task *task, int64_t least,
+                              double expected)
 {
-    struct queued *entry;
+    struct queued *entry = task->entry;
     double progress, from;
     enum store_status status;
 
     pthread_mutex_lock(&queue->mutex);
-    entry = entry_find(queue, id);
     assert(entry && entry->pinned && !entry->claims);
     progress = entry_progress(entry);
     from = (double)entry->chunks_done;
@@ -236,6 +240,7 @@ enum store_status queue_again(struct queue *queue, const char *id, int64_t least
         entry->to = expected > from + 1 ? expected : from + 1;
     }
     entry->pinned = false;
+    task->entry = NULL;
     entry_release(queue, entry);
     pthread_cond_broadcast(&queue->changed);
     pthread_mutex_unlock(&queue->mutex);
@@ -245,6 +250,7 @@ enum store_status queue_again(struct queue *queue, const char *id, int64_t least
 void queue_release(struct queue *queue, struct task *task)
 {
     pthread_mutex_lock(&queue->mutex);
+    task->entry = NULL;
     entry_release(queue, entry_drop_claim(task, CHUNK_FREE));
     pthread_cond_broadcast(&queue->changed);
     pthread_mutex_unlock(&queue->mutex);
@@ -296,6 +302,19 @@ size_t queue_running(struct queue *queue, struct queue_running *jobs, size_t roo
     }
     pthread_mutex_unlock(&queue->mutex);
     return count;
+}
+
+int64_t queue_preparing_ms(struct queue *queue)
+{
+    int64_t now_ms = owner_steady_ms(), longest = 0;
+
+    pthread_mutex_lock(&queue->mutex);
+    for (struct owner *owner = queue->owners; owner; owner = owner->next)
+        for (struct queued *entry = owner->first; entry; entry = entry->next)
+            if (entry->prepared_ms > 0 && now_ms - entry->prepared_ms > longest)
+                longest = now_ms - entry->prepared_ms;
+    pthread_mutex_unlock(&queue->mutex);
+    return longest;
 }
 
 char *queue_crash_path(const struct queue *queue)

@@ -33,7 +33,8 @@ struct task {
     const atomic_bool *cancelled;  /* look at it between slices */
     _Atomic int64_t *ticks_done;   /* the worker writes its progress here, */
     _Atomic int64_t *ticks_total;  /* and what will make it complete; both NULL for QUEUE_FINISH */
-    void *claim, *owner;           /* the queue's own */
+    void *claim, *owner;           /* the queue's own, */
+    void *entry;                   /* and the job, NULL when it is the queue's again */
 };
 enum { QUEUE_FINISH = -1 };
 
@@ -57,11 +58,13 @@ void queue_set_limits(struct queue *queue, const struct job_limits *limits);
 const struct job_limits *queue_limits(const struct queue *queue);
 
 /* Takes over every running job of the store, and who has queued ones. Called once before workers
- * start. A job that this program would not run as it was accepted (its text no longer parses, or
- * means something else) is failed with the reason; a queued one when its turn comes. So is a job
- * that has crashed the server LIMIT_CRASHES_MAX times. One whose latest attempts came to nothing
- * (LIMIT_LOST_BARREN lost, or one crashed) rests: others go first, for LIMIT_REST_MS_MAX at most,
- * so that what they do is saved should it end the server again. */
+ * start. Little is done here: each is prepared by the worker that takes it up, before queued ones
+ * of its priority; until then only the store knows how far it is. A job that this program would not
+ * run as it was accepted (its text no longer parses, or means something else) is failed with the
+ * reason when its turn comes. So is, at once, one that has crashed the server LIMIT_CRASHES_MAX
+ * times. One whose latest attempts came to nothing (LIMIT_LOST_BARREN lost, or one crashed) rests:
+ * others go first, for LIMIT_REST_MS_MAX at most, so that what they do is saved should it end the
+ * server again. */
 enum store_status queue_recover(struct queue *queue);
 
 /* There are new jobs of this owner in the store. */
@@ -82,14 +85,20 @@ void queue_forget(struct queue *queue, const char *id);
 /* In place of queue_forget: the job is not at its end, its next goal is one of at least `least`
  * chunks. expected (chunks, 0 = unknown): where the end will probably be, for the progress. On
  * failure the job is as it was before. */
-enum store_status queue_again(struct queue *queue, const char *id, int64_t least, double expected);
+enum store_status queue_again(struct queue *queue, struct task *task, int64_t least,
+                              double expected);
 
-/* Core seconds that were used for a task of the queue, claimed or not any more. They go to the
- * store now and then, and when the queue is freed. */
+/* Core seconds that were used for a task of the queue: the owner's, and the job's while the caller
+ * has a part of it. They go to the store now and then, and when the queue is freed. */
 void queue_spend(struct queue *queue, const struct task *task, double seconds);
 
 /* The same for what an owner had done beside jobs. */
 void queue_spend_of(struct queue *queue, const char *owner, double seconds);
+
+/* Core seconds that the job has used in all attempts; and those of them that the store has not been
+ * told, which from here on are the caller's to tell. For who finishes it. */
+void queue_spent_take(struct queue *queue, const struct task *task, double *seconds,
+                      double *untold);
 
 /* The chunk was not finished (stopping, cancelled, failed) and goes back. */
 void queue_release(struct queue *queue, struct task *task);
@@ -108,6 +117,9 @@ struct queue_running {
     double progress; /* 0..1 */
 };
 size_t queue_running(struct queue *queue, struct queue_running *jobs, size_t room);
+
+/* How long the worker has been at it that prepares a job the longest; 0 = none does. */
+int64_t queue_preparing_ms(struct queue *queue);
 
 /* The file beside the database for crash_enter; malloc'ed, NULL = no memory. */
 char *queue_crash_path(const struct queue *queue);

@@ -36,6 +36,9 @@ struct queued *entry_create(struct owner *owner, const char *id)
 
 bool entry_set_scene_take(struct queued *entry, struct bcd_scene *scene)
 {
+    bcd_scene_free(entry->scene);
+    free(entry->chunk_state);
+    entry->scene = NULL;
     entry->chunks = bcd_scene_chunks(scene);
     entry->chunk_state = calloc((size_t)entry->chunks + 1, 1); /* CHUNK_FREE */
     if (!entry->chunk_state) {
@@ -172,6 +175,7 @@ bool entry_claim(struct queued *entry, struct task *task)
         .ticks_total = claim ? &claim->ticks_total : NULL,
         .claim = claim,
         .owner = entry->owner,
+        .entry = entry,
     };
     return true;
 }

@@ -34,14 +34,17 @@ struct queued {
     int64_t seq;
     int priority;
     struct bcd_scene *scene; /* NULL until it has started */
-    bool started;            /* the store says running */
+    bool started;            /* the store says running, and there is a scene */
+    bool resumes;            /* the store says running since before the server's start */
+    int64_t prepared_ms;     /* steady clock; a worker prepares it since then. 0 = nobody does */
     int64_t rests_until_ms;  /* steady clock; others go first until then. 0 = it does not rest */
     int64_t chunks, chunks_done, first_free; /* chunks: up to the goal */
     unsigned char *chunk_state;
     double progress, from, to; /* where it was when `from` chunks were done; expected end, or 0 */
     struct claim *claims;
-    bool pinned; /* a worker is starting or finishing it */
-    bool ended;  /* forgotten or cancelled: to be freed as soon as nobody holds it */
+    double spent, untold; /* core seconds in all attempts; of these, what is not in the store yet */
+    bool pinned;          /* a worker is starting or finishing it */
+    bool ended;           /* forgotten or cancelled: to be freed as soon as nobody holds it */
     atomic_bool cancelled;
 };
 
@@ -84,7 +87,7 @@ struct queue {
 struct queued *entry_find(struct queue *queue, const char *id);
 /* NULL = no memory. */
 struct queued *entry_create(struct owner *owner, const char *id);
-/* Hands over a scene; false = no memory (it is freed). */
+/* Hands over a scene, in the place of one before; false = no memory (it is freed). */
 bool entry_set_scene_take(struct queued *entry, struct bcd_scene *scene);
 /* Reads from the store up to where the job is to be run, and what of that is done; needs no mutex
  * while the entry is in the caller's hands alone (pinned). */
@@ -106,7 +109,8 @@ struct queued *entry_drop_claim(struct task *task, enum chunk_state becomes);
 
 /* The owner of this name, made when missing; NULL = no memory. */
 struct owner *owner_find(struct queue *queue, const char *name);
-/* The started job of this owner that comes first; NULL = none has anything to be done. */
+/* The job in motion of this owner that comes first, to be resumed or with a chunk to hand out;
+ * NULL = none has anything to be done. */
 struct queued *owner_entry(struct owner *owner);
 /* Whose turn it is; NULL = there is no work. *jumps: it is that of a newcomer, out of turn. */
 struct owner *owner_choose(struct queue *queue, bool *jumps);
@@ -120,9 +124,10 @@ int64_t owner_steady_ms(void);
 
 /* ------------------------------------------------------------- queue_start.c */
 
-/* Both with the mutex held, and let go meanwhile. */
+/* All three with the mutex held, and let go meanwhile. */
 void start_ask(struct queue *queue, struct owner *owner);
 void start_head(struct queue *queue, struct owner *owner);
+void start_again(struct queue *queue, struct queued *entry);
 /* Waits a moment, less when the queue stops. */
 void start_wait(struct queue *queue);
 /* Nobody has work, but jobs that rest: waits for news, or ends a rest. */

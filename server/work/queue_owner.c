@@ -11,12 +11,15 @@
 #include "queue_internal.h"
 
 #include "limits.h"
+#include "store_attempts.h"
 #include "store_owners.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+
+enum { USES = 64 }; /* jobs in one transaction */
 
 int64_t owner_now_ms(void)
 {
@@ -73,13 +76,21 @@ static bool goes_before(const struct queued *a, const struct queued *b)
     return a->priority != b->priority ? a->priority > b->priority : a->seq < b->seq;
 }
 
+static bool has_work(struct queued *entry)
+{
+    if (entry->ended)
+        return false;
+    if (entry->resumes)
+        return !entry->pinned;
+    return entry->started && entry_next_chunk(entry) != entry->chunks;
+}
+
 struct queued *owner_entry(struct owner *owner)
 {
     struct queued *best = NULL;
 
     for (struct queued *entry = owner->first; entry; entry = entry->next)
-        if (entry->started && !entry->ended && (!best || goes_before(entry, best)) &&
-            entry_next_chunk(entry) != entry->chunks && !rests(entry))
+        if ((!best || goes_before(entry, best)) && has_work(entry) && !rests(entry))
             best = entry;
     return best;
 }
@@ -127,10 +138,27 @@ static void spend(struct queue *queue, struct owner *owner, double seconds)
 
 void queue_spend(struct queue *queue, const struct task *task, double seconds)
 {
+    struct queued *entry = task->entry;
+
     if (!(seconds > 0))
         return;
     pthread_mutex_lock(&queue->mutex);
+    if (entry) {
+        entry->spent += seconds;
+        entry->untold += seconds;
+    }
     spend(queue, task->owner, seconds);
+    pthread_mutex_unlock(&queue->mutex);
+}
+
+void queue_spent_take(struct queue *queue, const struct task *task, double *seconds, double *untold)
+{
+    struct queued *entry = task->entry;
+
+    pthread_mutex_lock(&queue->mutex);
+    *seconds = entry->spent;
+    *untold = entry->untold;
+    entry->untold = 0;
     pthread_mutex_unlock(&queue->mutex);
 }
 
@@ -145,6 +173,27 @@ void queue_spend_of(struct queue *queue, const char *name, double seconds)
     if (owner) /* without memory it is a present */
         spend(queue, owner, seconds);
     pthread_mutex_unlock(&queue->mutex);
+}
+
+/* What jobs in motion have used, as many of them as fit: the others next time. */
+static void save_uses(struct queue *queue)
+{
+    struct attempt_use uses[USES];
+    size_t count = 0;
+
+    for (struct owner *owner = queue->owners; owner; owner = owner->next)
+        for (struct queued *entry = owner->first; entry && count < USES; entry = entry->next) {
+            if (!(entry->untold > 0) || !entry->started)
+                continue;
+            memcpy(uses[count].job, entry->id, sizeof entry->id);
+            uses[count++].seconds = entry->untold;
+            entry->untold = 0;
+        }
+    pthread_mutex_unlock(&queue->mutex);
+    /* What a store cannot take, and has logged why, the attempts lack. */
+    if (count > 0)
+        store_attempts_use(queue->store, uses, count);
+    pthread_mutex_lock(&queue->mutex);
 }
 
 void owner_save_usage(struct queue *queue)
@@ -163,6 +212,7 @@ void owner_save_usage(struct queue *queue)
         if (status) /* the store has logged why; it comes along next time */
             owner->unsaved += seconds;
     }
+    save_uses(queue);
     pthread_mutex_unlock(&queue->mutex);
     calibration_save(queue->calibration, queue->store); /* the store logs why not; next time then */
     pthread_mutex_lock(&queue->mutex);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * queue_start.c - how a job comes into motion: from the store, when a worker wants it, or at the
- * start of the daemon, when it was in motion before; see queue_internal.h.
+ * queue_start.c - how a job comes into motion, from the store when a worker wants it: a queued one,
+ * or one that was in motion before the daemon's start; see queue_internal.h.
  */
 #include "queue_internal.h"
 
@@ -101,15 +101,14 @@ static void fail_job(struct queue *queue, const struct job_record *record, const
 /* Whose preparation a watch is over. */
 struct preparation {
     const struct queue *queue;
-    const atomic_bool *cancelled; /* NULL at the start of the daemon */
+    const atomic_bool *cancelled;
 };
 
 static bool should_stop(void *context)
 {
     const struct preparation *preparation = context;
 
-    return queue_stopping(preparation->queue) ||
-           (preparation->cancelled && atomic_load(preparation->cancelled));
+    return queue_stopping(preparation->queue) || atomic_load(preparation->cancelled);
 }
 
 /* A scene ready for runs. */
@@ -206,26 +205,58 @@ static enum store_status start_job(struct queue *queue, struct queued *entry)
 {
     struct job_record record = {0};
     struct bcd_scene *scene = NULL;
-    double before = cpu_seconds();
+    double before = cpu_seconds(), used = 0;
     enum store_status status = store_jobs_get(queue->store, entry->id, &record);
 
-    if (status == STORE_OK && record.state != JOB_QUEUED)
+    if (status == STORE_OK && record.state != (entry->resumes ? JOB_RUNNING : JOB_QUEUED))
         status = STORE_CONFLICT; /* cancelled meanwhile */
     if (status == STORE_OK)
         status = load_scene(queue, &record, &entry->cancelled, &scene);
     if (status == STORE_OK && !scene)
         status = STORE_CONFLICT; /* failed just now */
     job_record_fini(&record);
-    queue_spend(queue, &(struct task){.owner = entry->owner}, cpu_seconds() - before);
-    if (status)
+    if (status == STORE_OK && entry->resumes)
+        status = store_attempts_used(queue->store, entry->id, &used);
+    entry->spent = used + entry->untold;
+    queue_spend(queue, &(struct task){.owner = entry->owner, .entry = entry},
+                cpu_seconds() - before);
+    if (status) {
+        bcd_scene_free(scene);
         return status;
+    }
     if (!entry_set_scene_take(entry, scene))
         return STORE_BROKEN;
     status = entry_read_goal(queue, entry, 0);
-    return status ? status : store_jobs_start(queue->store, entry->id);
+    return status || entry->resumes ? status : store_jobs_start(queue->store, entry->id);
 }
 
-/* Starts the owner's head; others go on with other work meanwhile. */
+/* The entry into motion, if the status at last is STORE_OK: with the mutex held, and let go
+ * meanwhile, so that others go on with other work. */
+static enum store_status start_entry(struct queue *queue, struct queued *entry)
+{
+    enum store_status status;
+
+    entry->pinned = true;
+    entry->prepared_ms = owner_steady_ms();
+    pthread_mutex_unlock(&queue->mutex);
+    crash_note(entry->id, -1);
+    status = start_job(queue, entry);
+    crash_note(NULL, 0);
+    if (status == STORE_OK)
+        log_write(LOG_LEVEL_INFO, entry->resumes ? "job_recovered" : "job_started",
+                  LOG_FIELDS(log_text("job", entry->id),
+                             log_integer("chunks_done", entry->chunks_done),
+                             log_integer("chunks", entry->chunks)));
+    pthread_mutex_lock(&queue->mutex);
+    entry->prepared_ms = 0;
+    if (status == STORE_FULL || status == STORE_BROKEN)
+        start_wait(queue);
+    entry->pinned = false;
+    entry->started = status == STORE_OK;
+    return status;
+}
+
+/* Starts the owner's head. */
 void start_head(struct queue *queue, struct owner *owner)
 {
     struct queued *entry = entry_create(owner, owner->head.id);
@@ -241,25 +272,27 @@ void start_head(struct queue *queue, struct owner *owner)
     }
     entry->seq = owner->head.seq;
     entry->priority = owner->head.priority;
-    entry->pinned = true;
     owner->starting++;
-    pthread_mutex_unlock(&queue->mutex);
-    crash_note(entry->id, -1);
-    status = start_job(queue, entry);
-    crash_note(NULL, 0);
-    if (status == STORE_OK)
-        log_write(LOG_LEVEL_INFO, "job_started", LOG_FIELDS(log_text("job", entry->id)));
-    pthread_mutex_lock(&queue->mutex);
-    if (status == STORE_FULL || status == STORE_BROKEN) {
-        start_wait(queue);
+    status = start_entry(queue, entry);
+    if (status == STORE_FULL || status == STORE_BROKEN)
         owner->waiting = true; /* for this one at least */
-    }
     owner->starting--;
-    entry->pinned = false;
-    entry->started = status == STORE_OK;
     /* It was cancelled before it began, or another time will be better. */
     if (status)
         entry->ended = true;
+    entry_release(queue, entry);
+    pthread_cond_broadcast(&queue->changed);
+}
+
+/* Takes up what was in motion before the server's start. */
+void start_again(struct queue *queue, struct queued *entry)
+{
+    enum store_status status = start_entry(queue, entry);
+
+    if (status == STORE_OK)
+        entry->resumes = false;
+    else if (status != STORE_FULL && status != STORE_BROKEN)
+        entry->ended = true; /* cancelled, or failed */
     entry_release(queue, entry);
     pthread_cond_broadcast(&queue->changed);
 }
@@ -268,35 +301,21 @@ void start_head(struct queue *queue, struct owner *owner)
 
 static enum store_status recover_job(struct queue *queue, const struct job_record *record)
 {
-    struct bcd_scene *scene = NULL;
     struct owner *owner = owner_find(queue, record->ticket.owner);
-    struct queued *entry;
-    enum store_status status = load_scene(queue, record, NULL, &scene);
+    struct queued *entry = owner ? entry_create(owner, record->id) : NULL;
+    enum store_status status;
 
-    if (status || !scene)
-        return status;
-    entry = owner ? entry_create(owner, record->id) : NULL;
-    if (!entry) {
-        bcd_scene_free(scene);
+    if (!entry)
         return STORE_BROKEN;
-    }
     entry->seq = record->seq;
     entry->priority = record->ticket.priority;
-    entry->started = true;
-    status = entry_set_scene_take(entry, scene) ? entry_read_goal(queue, entry, 0) : STORE_BROKEN;
-    if (status == STORE_OK)
-        status = read_rest(queue, entry);
+    entry->resumes = true;
+    status = read_rest(queue, entry);
     if (status == STORE_OK && !entry_append(queue, entry))
         status = STORE_BROKEN;
-    if (status) {
+    if (status)
         entry_free(entry);
-        return status;
-    }
-    log_write(LOG_LEVEL_INFO, "job_recovered",
-              LOG_FIELDS(log_text("job", record->id),
-                         log_integer("chunks_done", entry->chunks_done),
-                         log_integer("chunks", entry->chunks)));
-    return STORE_OK;
+    return status;
 }
 
 static enum store_status recover_owners(struct queue *queue)
@@ -337,7 +356,6 @@ enum store_status queue_recover(struct queue *queue)
     struct job_record *records = NULL;
     size_t count = 0;
     char *path = queue_crash_path(queue);
-    struct crash_stack *stack = path ? crash_enter(path) : NULL;
     enum store_status status = recover_attempts(queue, path);
 
     if (status == STORE_OK)
@@ -346,13 +364,9 @@ enum store_status queue_recover(struct queue *queue)
         status = calibration_load(queue->calibration, queue->store);
     if (status == STORE_OK)
         status = store_jobs_running(queue->store, &records, &count);
-    for (size_t i = 0; status == STORE_OK && i < count; i++) {
-        crash_note(records[i].id, -1);
+    for (size_t i = 0; status == STORE_OK && i < count; i++)
         status = recover_job(queue, &records[i]);
-        crash_note(NULL, 0);
-    }
     job_records_free(records, count);
-    crash_leave(stack);
     free(path);
     return status;
 }

@@ -52,8 +52,7 @@ static int64_t cpu_now_ns(void)
     return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
-/* Tells the queue what this task has used since it was told last. */
-static void tell_use(struct work *work)
+void work_tell_use(struct work *work)
 {
     int64_t now = cpu_now_ns();
 
@@ -332,7 +331,7 @@ static enum run_end advance(struct work *work)
         atomic_fetch_add(&work->worker->rod_steps,
                          (int64_t)(rods_per_tick * (double)(bcd_run_ticks_done(work->run) - from)));
         atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
-        tell_use(work);
+        work_tell_use(work);
         if (after >= pace.due_ns && bcd_run_ticks_done(work->run) < total) {
             int64_t cpu = cpu_now_ns();
 
@@ -442,7 +441,7 @@ static void do_task(struct worker *worker, struct task *task)
 
         bcd_run_free(work.run);
         work.run = NULL;
-        tell_use(&work);
+        work_tell_use(&work);
         if (outcome != RUN_DONE) {
             if (outcome == RUN_FAILED)
                 fail_job(&work);
@@ -462,9 +461,9 @@ static void do_task(struct worker *worker, struct task *task)
         }
         if (finish == FINISH_FAILED)
             fail_job(&work);
+        work_tell_use(&work);
         if (finish != FINISH_AGAIN)
             queue_forget(workers->queue, task->id);
-        tell_use(&work);
     }
 }
 

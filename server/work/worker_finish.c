@@ -334,14 +334,17 @@ static bool put_results(struct work *work, const struct gathered *gathered,
     struct store *store = work->workers->store;
     const char *id = work->task->id;
     unsigned char family[JOB_HASH_SIZE];
+    double spent, untold;
+    work_tell_use(work);
+    queue_spent_take(work->workers->queue, work->task, &spent, &untold);
     const struct outcome outcome = {.verdict = &gathered->verdict,
                                     .reused = gathered->reused,
-                                    .reused_from =
-                                        gathered->reused > 0 ? gathered->base.job : NULL};
+                                    .reused_from = gathered->reused > 0 ? gathered->base.job : NULL,
+                                    .core_seconds = spent};
     char *text = outcome_json_print(&outcome);
     struct samples_kept kept = {.family = family, .outcome = text, .samples = gathered->kept};
     const struct finish_new finish = {
-        .results = results->items, .count = results->count, .kept = &kept};
+        .results = results->items, .count = results->count, .core_seconds = untold, .kept = &kept};
     enum store_status status = STORE_BROKEN;
     int tries = 0;
 
@@ -351,11 +354,13 @@ static bool put_results(struct work *work, const struct gathered *gathered,
             status = store_results_finish_with(store, id, &finish);
     while (work_try_again(work, status, ++tries));
     free(text);
-    if (status == STORE_OK)
+    if (status == STORE_OK) {
+        work->task->entry = NULL; /* what the job has used is told */
         log_write(LOG_LEVEL_INFO, "job_done",
                   LOG_FIELDS(log_text("job", id),
                              log_integer("realizations", gathered->verdict.realizations),
                              log_integer("reused", gathered->reused)));
+    }
     if (status != STORE_BROKEN || work_should_stop(work))
         return true;
     work->error.code = BCD_INTERNAL;
@@ -371,8 +376,9 @@ static enum finish go_on(struct work *work, int64_t least, double expected)
 
     if (work_should_stop(work)) /* a cancel takes the chunks away */
         return FINISH_ENDED;
+    work_tell_use(work);
     do
-        status = queue_again(work->workers->queue, work->task->id, least, expected);
+        status = queue_again(work->workers->queue, work->task, least, expected);
     while (status != STORE_OK && work_try_again(work, status, ++tries));
     if (status == STORE_OK)
         return FINISH_AGAIN;

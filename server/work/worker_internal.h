@@ -62,6 +62,8 @@ enum run_end {
 /* ------------------------------------------------------------------ worker.c */
 
 bool work_should_stop(const struct work *work);
+/* Tells the queue what this task has used since it was told last. */
+void work_tell_use(struct work *work);
 /* Core seconds that the thread has used for the task so far. */
 double work_seconds(const struct work *work);
 /* Waits before try number `tries` + 1 (tries >= 1); false as soon as there is no use in waiting. */

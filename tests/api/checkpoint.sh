@@ -38,5 +38,6 @@ check "a kill -9 costs less than 3 s of work in the first 4 ($lost s)" jq -ne "$
 check "something was kept" jq -ne "$restored > 0"
 ask GET "/v1/jobs/$ID/attempts"
 check "the lost attempt has saved something" holds '.attempts[1].ended == "lost" and .attempts[1].saves >= 2'
+check "and says what it cost, as far as that is known" holds '.attempts[1].core_seconds > 0'
 daemon_end TERM
 finish

@@ -26,7 +26,13 @@ submit() {
 daemon_start "$T/one" --workers 1
 check "a job of 20 realizations" submit '"realizations":20'
 first=$ID
-check "ran them all" outcome '. == {realizations: 20, reused_realizations: 0, reused_from: null}'
+check "ran them all" outcome \
+    'del(.core_seconds) == {realizations: 20, reused_realizations: 0, reused_from: null}'
+check "and says what that took" outcome '.core_seconds > 0 and .core_seconds < 60'
+ask GET "/v1/jobs?outcome.core_seconds=0..60"
+check "by which it is found" holds ".jobs | length == 1 and .[0].id == \"$first\""
+ask GET "/v1/jobs?outcome.core_seconds>=60"
+check "and others are not" holds '.jobs == []'
 check "one of 30" submit '"realizations":30'
 check "takes over those of the first" outcome ".reused_realizations == 20 and .reused_from == \"$first\""
 check "and gives what a fresh run gives" as_run '"realizations":30'

@@ -122,6 +122,41 @@ static void starts_tell_lost_from_stopped(void **state)
     assert_int_equal(bench_state(store, id), JOB_RUNNING);
 }
 
+static void assert_used(struct store *store, const char *id, double expected)
+{
+    double seconds = -1;
+
+    assert_int_equal(store_attempts_used(store, id, &seconds), STORE_OK);
+    assert_float_equal(seconds, expected, 1e-12);
+}
+
+/* Each use goes to the latest attempt, ended or not. */
+static void attempts_have_their_cost(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct attempt_use uses[3] = {{.seconds = 1.5}, {.seconds = 0.25}, {"jnone", 7}};
+    struct attempt *attempts = NULL;
+    size_t count;
+
+    begin(store, 1, uses[0].job);
+    begin(store, 2, uses[1].job);
+    assert_used(store, uses[0].job, 0);
+    assert_int_equal(store_attempts_use(store, uses, 3), STORE_OK);
+    recover(store, NULL);
+    assert_int_equal(store_attempts_use(store, uses, 1), STORE_OK);
+    uses[0].seconds = 2;
+    assert_int_equal(store_jobs_cancel(store, uses[0].job), STORE_OK);
+    assert_int_equal(store_attempts_use(store, uses, 1), STORE_OK);
+    assert_used(store, uses[0].job, 5);
+    assert_used(store, uses[1].job, 0.25);
+    assert_used(store, "jnone", 0);
+    assert_int_equal(store_attempts_list(store, uses[0].job, 9, &attempts, &count), STORE_OK);
+    assert_int_equal(count, 2);
+    assert_float_equal(attempts[0].core_seconds, 3.5, 0);
+    assert_float_equal(attempts[1].core_seconds, 1.5, 0);
+    attempts_free(attempts, count);
+}
+
 /* As often as one likes: only crashes of its own end a job. */
 static void lost_attempts_end_no_job(void **state)
 {
@@ -264,6 +299,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         BENCH_TEST(attempts_end_as_jobs_do),
         BENCH_TEST(starts_tell_lost_from_stopped),
+        BENCH_TEST(attempts_have_their_cost),
         BENCH_TEST(lost_attempts_end_no_job),
         BENCH_TEST(three_crashes_end_a_job_and_no_other),
         BENCH_TEST(a_job_that_never_began_can_crash_too),

@@ -226,8 +226,9 @@ static void recovery_goes_on_where_the_store_is(void **state)
     queue = make_queue(bench->store);
     assert_int_equal(queue_recover(queue), STORE_OK);
     assert_true(queue_progress(queue, gone) < 0);
-    assert_float_equal(queue_progress(queue, half), 1.0 / 3.0, 1e-15);
+    assert_true(queue_progress(queue, half) < 0); /* nobody has taken it up yet */
     assert_claim(queue, &task[0], half, 0);
+    assert_float_equal(queue_progress(queue, half), 1.0 / 3.0, 1e-15);
     assert_claim(queue, &task[1], half, 2);
     assert_claim(queue, &task[2], whole, QUEUE_FINISH);
     assert_claim(queue, &task[3], fresh, 0);
@@ -244,6 +245,32 @@ static void recovery_goes_on_where_the_store_is(void **state)
     queue_release(queue, &task[3]);
     cancel(bench->store, queue, fresh);
     assert_nothing_left(queue, whole);
+}
+
+/* Those that nobody has taken up yet, as cancelled as any; others of their owner go on. */
+static void a_recovered_job_is_cancelled_before_its_turn(void **state)
+{
+    struct bench *bench = *state;
+    char first[JOB_ID_SIZE], second[JOB_ID_SIZE], third[JOB_ID_SIZE];
+    struct queue *queue;
+    struct task task;
+
+    job_bench_submit(bench->store, NULL, job_bench_scene(1, 1), first);
+    job_bench_submit(bench->store, NULL, job_bench_scene(1, 2), second);
+    job_bench_submit(bench->store, NULL, job_bench_scene(1, 3), third);
+    assert_int_equal(store_jobs_start(bench->store, first), STORE_OK);
+    assert_int_equal(store_jobs_start(bench->store, second), STORE_OK);
+    bench_reopen(bench);
+    queue = make_queue(bench->store);
+    assert_int_equal(queue_recover(queue), STORE_OK);
+    cancel(bench->store, queue, first);
+    assert_int_equal(store_jobs_cancel(bench->store, second), STORE_OK); /* no word of it */
+    assert_claim(queue, &task, third, 0);
+    assert_int_equal(bench_state(bench->store, first), JOB_CANCELLED);
+    assert_int_equal(bench_state(bench->store, second), JOB_CANCELLED);
+    assert_done(queue, &task, true);
+    queue_forget(queue, third);
+    assert_nothing_left(queue, second);
 }
 
 /* Puts a row into the store that recovery must refuse to run. */
@@ -272,10 +299,12 @@ static void assert_failed(struct store *store, const char *id, const char *why)
 static void recovery_fails_what_it_cannot_run(void **state)
 {
     struct store *store = ((struct bench *)*state)->store;
-    char unknown[JOB_ID_SIZE], changed[JOB_ID_SIZE], sound[JOB_ID_SIZE];
+    char unknown[JOB_ID_SIZE], changed[JOB_ID_SIZE], sound[JOB_ID_SIZE], ran[JOB_ID_SIZE];
     struct queue *queue;
     struct task task;
 
+    submit_odd(store, 3, "{\"model\":\"hard_balls\",\"particles\":3}", ran);
+    assert_int_equal(store_jobs_start(store, ran), STORE_OK);
     submit_odd(store, 1, "{\"model\":\"soft_balls\",\"particles\":3}", unknown);
     submit_odd(store, 2,
                "{\"particles\":3,\"length\":10,\"time\":1,\"observables\":{\"energy\":{}},"
@@ -285,7 +314,9 @@ static void recovery_fails_what_it_cannot_run(void **state)
     queue = make_queue(store);
     assert_int_equal(queue_recover(queue), STORE_OK);
     assert_int_equal(bench_state(store, unknown), JOB_QUEUED); /* its turn has not come */
+    assert_int_equal(bench_state(store, ran), JOB_RUNNING);    /* nor has that of this one */
     assert_claim(queue, &task, sound, 0);
+    assert_failed(store, ran, "/model");
     assert_failed(store, unknown, "/model");
     assert_failed(store, changed, "results differ");
     assert_done(queue, &task, true);
@@ -421,6 +452,7 @@ int main(void)
         BENCH_TEST(a_job_cancelled_in_the_store_never_starts),
         BENCH_TEST(the_same_job_is_taken_once),
         BENCH_TEST(recovery_goes_on_where_the_store_is),
+        BENCH_TEST(a_recovered_job_is_cancelled_before_its_turn),
         BENCH_TEST(recovery_fails_what_it_cannot_run),
         BENCH_TEST(stopping_wakes_who_waits),
         BENCH_TEST(a_full_disk_delays_the_start),
