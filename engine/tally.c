@@ -118,6 +118,16 @@ void bcd_tally_merge(struct bcd_tally *into, const struct bcd_tally *from)
 
 /* ------------------------------------------------------------------- bytes */
 
+/* Whether they are numbers of something; means and squares may be anything that a run can give. */
+static bool counts_are_counts(const double *samples, double realizations, size_t count)
+{
+    const double most = 0x1p53;
+    bool sound = realizations >= 0 && realizations <= most;
+    for (size_t i = 0; i < count; i++)
+        sound &= samples[i] >= 0 && samples[i] <= most;
+    return sound;
+}
+
 size_t bcd_tally_size(const struct bcd_tally *tally)
 {
     return BLOB_HEADER_SIZE + bytes_of(tally->count);
@@ -139,6 +149,8 @@ enum bcd_status bcd_tally_restore(struct bcd_tally *tally, const void *bytes, si
         return error_set(error, BCD_CORRUPT, "", "a tally of %zu bytes, %zu expected", size,
                          bcd_tally_size(tally));
     memcpy(tally->samples, (const char *)bytes + BLOB_HEADER_SIZE, bytes_of(tally->count));
+    if (!counts_are_counts(tally->samples, *tally->realizations, tally->count))
+        return error_set(error, BCD_CORRUPT, "", "a tally with counts that are none");
     return BCD_OK;
 }
 

@@ -110,6 +110,36 @@ static void test_bytes(void **state)
     bcd_scene_free(scene);
 }
 
+/* What a machine elsewhere may have made, with a checksum that is right. */
+static void test_counts(void **state)
+{
+    (void)state;
+    static const double none[] = {NAN, -1, 1e300, INFINITY};
+    struct bcd_scene *scene = scene_of_three_values();
+    struct bcd_tally *tally = NULL, *again = NULL;
+    assert_int_equal(bcd_tally_create(&tally, scene), BCD_OK);
+    assert_int_equal(bcd_tally_create(&again, scene), BCD_OK);
+    add_samples(tally, 0, SAMPLES);
+    unsigned char *bytes = malloc(bcd_tally_size(tally));
+    assert_non_null(bytes);
+    double *const counts[] = {tally->realizations, &tally->samples[0], &tally->samples[2]};
+    for (size_t i = 0; i < 3; i++) {
+        double kept = *counts[i];
+        for (size_t k = 0; k < sizeof none / sizeof *none; k++) {
+            *counts[i] = none[k];
+            bcd_tally_save(tally, bytes);
+            assert_int_equal(bcd_tally_restore(again, bytes, bcd_tally_size(tally), NULL),
+                             BCD_CORRUPT);
+        }
+        *counts[i] = kept;
+    }
+    bcd_tally_save(tally, bytes);
+    assert_int_equal(bcd_tally_restore(again, bytes, bcd_tally_size(tally), NULL), BCD_OK);
+    free(bytes);
+    bcd_tally_free(tally), bcd_tally_free(again);
+    bcd_scene_free(scene);
+}
+
 /* Bytes that identify a job tell any two values of any parameter apart. */
 static void test_identity(void **state)
 {
@@ -169,6 +199,7 @@ int main(void)
         cmocka_unit_test(test_samples_one_after_another),
         cmocka_unit_test(test_merged_chunks),
         cmocka_unit_test(test_bytes),
+        cmocka_unit_test(test_counts),
         cmocka_unit_test(test_identity),
         cmocka_unit_test(test_identity_of_the_same_job),
     };
