@@ -81,6 +81,7 @@ struct reply {
     const char *retry_after; /* seconds, or NULL */
     char etag[64];           /* ETag with its quotes, or "" */
     const char *encoding;    /* "gzip", or "identity" of what can be had as gzip too; or NULL */
+    bool routine;            /* for the log, a read: of workers there may be hundreds a second */
     bool live;               /* an event stream: proxies are not to collect it */
     const char *route;       /* for log and counters: the pattern that the path met, or NULL */
     char owner[OWNER_SIZE];  /* for the log: who asked, "" = not known */
@@ -108,7 +109,7 @@ struct http_options {
     int64_t request_age_ms;  /* 0 = LIMIT_REQUEST_AGE_MS_MAX; less is for tests */
     int64_t stream_stall_ms; /* 0 = LIMIT_STREAM_STALL_MS_MAX */
     http_handler *handler;
-    bool log_reads;          /* a line in the log for each GET that goes well, too */
+    bool log_reads;          /* a line in the log for each read that goes well, too */
     http_observer *observer; /* may be NULL */
     void *context;           /* handed to both; shared by all threads of the server */
 };

@@ -161,7 +161,8 @@ void http_answer_done(struct http *http, struct exchange *exchange, bool cut)
                                    .cut = cut};
     if (http->options.observer)
         http->options.observer(http->options.context, &done);
-    bool reads = strcmp(done.method, "GET") == 0 || strcmp(done.method, "HEAD") == 0;
+    bool reads = strcmp(done.method, "GET") == 0 || strcmp(done.method, "HEAD") == 0 ||
+                 reply->routine;
     if (!http->options.log_reads && reads && reply->status < 400)
         return;
     char shown[256];
