@@ -17,18 +17,20 @@ void handle_leases_take(const struct service *service, const struct call *call, 
     struct bcd_errors errors = {0};
     struct lease_loan loan = {0};
     char worker[LEASE_WORKER_SIZE] = "";
+    const struct lease_asker asker = {call->identity.owner, worker};
     if (!request_check_json(request, reply))
         return;
     if (!lease_json_read_request(request->body, request->body_size, worker, &errors)) {
         reply_bcd(reply, BCD_INVALID, &errors);
         return;
     }
-    enum store_status status = service->leases ? leases_take(service->leases, worker, &loan)
+    enum store_status status = service->leases ? leases_take(service->leases, &asker, &loan)
                                                : STORE_NOT_FOUND; /* all is run here */
     if (status == STORE_OK || status == STORE_NOT_FOUND)
         reply_json_take(reply, lease_json_loan(status == STORE_OK ? &loan : NULL));
     else
         reply_bcd(reply, BCD_NO_MEMORY, NULL);
+    reply->routine = true;
     lease_loan_fini(&loan);
 }
 
@@ -50,6 +52,7 @@ void handle_leases_hear(const struct service *service, const struct call *call, 
         reply_json_take(reply, strdup("{\"answer\":\"stop\"}\n"));
         break;
     }
+    reply->routine = true;
     lease_word_fini(&word);
 }
 
@@ -82,6 +85,7 @@ void handle_leases_return(const struct service *service, const struct call *call
         reply_json_take(reply, strdup("{\"answer\":\"unwanted\"}\n"));
         break;
     }
+    reply->routine = true;
     lease_word_fini(&word);
 }
 
@@ -97,5 +101,6 @@ static bool read_word(const struct call *call, bool ended, struct lease_word *wo
         return false;
     }
     snprintf(word->id, sizeof(word->id), "%.19s", call->arg[0]);
+    snprintf(word->owner, sizeof(word->owner), "%s", call->identity.owner);
     return true;
 }

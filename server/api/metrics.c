@@ -160,6 +160,8 @@ static void add_leases(struct text *text, const struct service *service)
               "Results that came once more, with the same bits.");
     add_value(text, "bcd_leases_differed_total", "counter", (double)counts.differed,
               "Results that came once more, with other bits.");
+    add_value(text, "bcd_leases_unwanted_total", "counter", (double)counts.unwanted,
+              "Results of chunks that nobody waited for, and nobody remembers.");
 }
 
 static void add_requests(struct text *text, const struct metrics *metrics)

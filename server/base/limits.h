@@ -65,6 +65,7 @@ enum {
     LIMIT_LENT_CHECKPOINT_MS = 60000,      /* of a chunk that is run elsewhere, in the store */
     LIMIT_LENDING_TAKE = 4,                /* threads that lend: so many take chunks at a time, */
     LIMIT_LENDING_WORK = 4,                /* so many put results away and finish jobs */
+    LIMIT_LEASE_FAILURES = 2,              /* of a chunk elsewhere, and the job has failed */
     LIMIT_LEASES_REMEMBERED = 4096,        /* results, compared with those that come once more */
     LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
     LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */

@@ -9,6 +9,7 @@
 #define LEASE_JSON_H
 
 #include "bcd.h"
+#include "identity.h"
 #include "store_results.h"
 
 enum { LEASE_ID_SIZE = 20, LEASE_WORKER_SIZE = 64, LEASE_DIGEST_SIZE = 32 };
@@ -28,6 +29,7 @@ void lease_loan_fini(struct lease_loan *loan);
  */
 struct lease_word {
     char id[LEASE_ID_SIZE], job[JOB_ID_SIZE];
+    char owner[OWNER_SIZE]; /* by whose token; not said in JSON */
     int64_t chunk;
     int64_t ticks_done, ticks_total;
     double core_seconds;                     /* for this chunk, in all */

@@ -13,13 +13,25 @@
 #include <sys/random.h>
 #include <time.h>
 
+enum {
+    GRANTS = 8,
+    EXPIRE_SHARE = 20, /* leases are looked at so many times while one holds */
+};
+
+/* To whom a chunk was given. */
+struct grant {
+    char id[LEASE_ID_SIZE], owner[OWNER_SIZE];
+};
+
 struct lease {
     struct leases *leases;
     struct lease *previous, *next;
     const struct task *task;
-    char id[LEASE_ID_SIZE]; /* of who has it, "" = nobody */
-    char worker[LEASE_WORKER_SIZE];
-    int64_t attempts, until_ms;
+    char id[LEASE_ID_SIZE];                            /* of who has it, "" = nobody */
+    char worker[LEASE_WORKER_SIZE], owner[OWNER_SIZE]; /* whose token it has */
+    struct grant grants[GRANTS];                       /* the latest, in a ring */
+    int64_t attempts, until_ms, heard_ms;
+    int64_t failures, failed_ms; /* whose run failed, or gave no tally: worker, above */
     struct blob checkpoint, begun;
     bool fresh; /* the checkpoint has not been told yet */
     bool woken;
@@ -40,7 +52,7 @@ struct memory {
 struct leases {
     pthread_mutex_t mutex;
     struct lease *first, *last;
-    int64_t lease_ms;
+    int64_t lease_ms, expired_ms; /* expired_ms: when leases were looked at last */
     struct lease_counts counts;
     size_t known;
     struct memory memory[LIMIT_LEASES_REMEMBERED];
@@ -78,6 +90,9 @@ static void expire(struct leases *leases)
 {
     int64_t now = now_ms();
 
+    if (now < leases->expired_ms + leases->lease_ms / EXPIRE_SHARE)
+        return; /* hundreds of workers ask, and each is told by hundreds of leases */
+    leases->expired_ms = now;
     for (struct lease *lease = leases->first; lease; lease = lease->next) {
         if (!lease->id[0] || lease->returned || lease->failed || now < lease->until_ms)
             continue;
@@ -215,8 +230,10 @@ static bool make_id(char id[LEASE_ID_SIZE])
 }
 
 /* Under the mutex. */
-static enum store_status lend(struct lease *lease, const char *worker, struct lease_loan *loan)
+static enum store_status lend(struct lease *lease, const struct lease_asker *asker,
+                              struct lease_loan *loan)
 {
+    struct grant *grant = &lease->grants[lease->attempts % GRANTS];
     const struct task *task = lease->task;
 
     *loan = (struct lease_loan){.chunk = task->chunk,
@@ -232,15 +249,29 @@ static enum store_status lend(struct lease *lease, const char *worker, struct le
         return STORE_BROKEN;
     }
     memcpy(lease->id, loan->id, sizeof lease->id);
-    snprintf(lease->worker, sizeof lease->worker, "%s", worker);
+    memcpy(grant->id, loan->id, sizeof grant->id);
+    snprintf(grant->owner, sizeof grant->owner, "%s", asker->owner);
+    memcpy(lease->owner, grant->owner, sizeof lease->owner);
+    snprintf(lease->worker, sizeof lease->worker, "%s", asker->worker);
     lease->attempts++;
-    lease->until_ms = now_ms() + lease->leases->lease_ms;
+    lease->heard_ms = now_ms();
+    lease->until_ms = lease->heard_ms + lease->leases->lease_ms;
     lease->core_seconds = lease->told_seconds = 0;
     lease->leases->counts.granted++;
     return STORE_OK;
 }
 
-enum store_status leases_take(struct leases *leases, const char *worker, struct lease_loan *loan)
+/* Whose run of it failed just now leaves it to others first. */
+static bool may_have(const struct lease *lease, const struct lease_asker *asker)
+{
+    return !lease->id[0] && !lease->returned && !lease->failed &&
+           !atomic_load(lease->task->cancelled) &&
+           (lease->failures == 0 || strcmp(lease->worker, asker->worker) != 0 ||
+            now_ms() >= lease->failed_ms + lease->leases->lease_ms);
+}
+
+enum store_status leases_take(struct leases *leases, const struct lease_asker *asker,
+                              struct lease_loan *loan)
 {
     enum store_status status = STORE_NOT_FOUND;
     struct lease *lease;
@@ -248,11 +279,10 @@ enum store_status leases_take(struct leases *leases, const char *worker, struct 
     pthread_mutex_lock(&leases->mutex);
     expire(leases);
     lease = leases->first;
-    while (lease && (lease->id[0] || lease->returned || lease->failed ||
-                     atomic_load(lease->task->cancelled)))
+    while (lease && !may_have(lease, asker))
         lease = lease->next;
     if (lease)
-        status = lend(lease, worker, loan);
+        status = lend(lease, asker, loan);
     pthread_mutex_unlock(&leases->mutex);
     return status;
 }
@@ -277,13 +307,42 @@ static const struct memory *remember(const struct leases *leases, const struct l
     return NULL;
 }
 
-/* One who has what nobody has (any more) is taken for its worker: the daemon was started anew, or
- * the heartbeat was late. */
+static bool was_theirs(const struct lease *lease, const struct lease_word *word)
+{
+    for (int i = 0; i < GRANTS; i++)
+        if (lease->grants[i].id[0] && strcmp(lease->grants[i].id, word->id) == 0 &&
+            strcmp(lease->grants[i].owner, word->owner) == 0)
+            return true;
+    return false;
+}
+
+/* One who has what nobody has (any more) is taken for its worker: the heartbeat was late, or the
+ * daemon was started anew and has not given it to anybody yet. What was used before that has been
+ * told to the daemon of then. */
 static bool is_theirs(struct lease *lease, const struct lease_word *word)
 {
-    if (!lease->id[0])
+    if (!lease->id[0] && (lease->attempts == 0 || was_theirs(lease, word))) {
         memcpy(lease->id, word->id, sizeof lease->id);
-    return strcmp(lease->id, word->id) == 0;
+        memcpy(lease->owner, word->owner, sizeof lease->owner);
+        if (lease->attempts == 0) {
+            lease->heard_ms = now_ms();
+            lease->core_seconds = lease->told_seconds = word->core_seconds;
+        }
+    }
+    return lease->id[0] && strcmp(lease->id, word->id) == 0 &&
+           strcmp(lease->owner, word->owner) == 0;
+}
+
+/* A core gives no more than a second in each. */
+static void note_use(struct lease *lease, double core_seconds)
+{
+    enum { SLACK_MS = 1000 };
+    int64_t now = now_ms();
+    double most = lease->core_seconds + 1e-3 * (double)(now - lease->heard_ms + SLACK_MS);
+
+    lease->heard_ms = now;
+    if (core_seconds > lease->core_seconds)
+        lease->core_seconds = core_seconds < most ? core_seconds : most;
 }
 
 static void note_progress(struct lease *lease, const struct lease_word *word)
@@ -292,8 +351,21 @@ static void note_progress(struct lease *lease, const struct lease_word *word)
         atomic_store(lease->task->ticks_done, word->ticks_done);
         atomic_store(lease->task->ticks_total, word->ticks_total);
     }
-    if (word->core_seconds > lease->core_seconds)
-        lease->core_seconds = word->core_seconds;
+    note_use(lease, word->core_seconds);
+}
+
+/* A run that failed, or gave what is no tally, may be the fault of one machine: another one tries,
+ * and the job fails when that comes to the same. */
+static void note_failure(struct lease *lease, const char *reason)
+{
+    snprintf(lease->error.text, sizeof lease->error.text, "%s", reason); /* of any length */
+    log_write(LOG_LEVEL_WARNING, "lease_failed",
+              LOG_FIELDS(log_text("job", lease->task->id), log_integer("chunk", lease->task->chunk),
+                         log_text("worker", lease->worker), log_text("reason", lease->error.text)));
+    lease->error.code = BCD_INTERNAL;
+    lease->id[0] = '\0';
+    lease->failed_ms = now_ms();
+    lease->failed = ++lease->failures >= LIMIT_LEASE_FAILURES;
 }
 
 enum lease_answer leases_hear(struct leases *leases, const struct lease_word *word)
@@ -320,11 +392,8 @@ enum lease_answer leases_hear(struct leases *leases, const struct lease_word *wo
                 lease->fresh = true;
             }
         }
-        if (word->failed) {
-            lease->failed = true;
-            lease->error.code = BCD_INTERNAL;
-            snprintf(lease->error.text, sizeof lease->error.text, "%s", word->failed);
-        }
+        if (word->failed)
+            note_failure(lease, word->failed);
         if (word->let_go)
             lease->id[0] = '\0';
         pthread_cond_signal(&lease->changed);
@@ -376,8 +445,10 @@ static enum lease_answer take_result(struct lease *lease, const struct lease_wor
         log_write(LOG_LEVEL_ERROR, "result_refused",
                   LOG_FIELDS(log_text("job", word->job), log_integer("chunk", word->chunk),
                              log_text("lease", word->id)));
-        if (is_theirs(lease, word))
-            lease->id[0] = '\0';
+        if (lease->id[0] && is_theirs(lease, word)) {
+            note_failure(lease, "what came back was no result of this part");
+            pthread_cond_signal(&lease->changed);
+        }
         return LEASE_REFUSED;
     }
     tally = copy(&word->bytes);
@@ -404,10 +475,12 @@ enum lease_answer leases_return(struct leases *leases, const struct lease_word *
     lease = find(leases, word);
     if (!lease || lease->returned)
         answer = compare(leases, word);
-    else if (lease->failed || atomic_load(lease->task->cancelled))
+    else if (lease->failed || atomic_load(lease->task->cancelled) ||
+             (!was_theirs(lease, word) && !is_theirs(lease, word)))
         answer = LEASE_STOP;
     else
         answer = take_result(lease, word);
+    leases->counts.unwanted += answer == LEASE_STOP || answer == LEASE_UNKNOWN;
     pthread_mutex_unlock(&leases->mutex);
     return answer;
 }

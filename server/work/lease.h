@@ -5,8 +5,9 @@
  * A thread of worker.c offers a chunk in its hands and waits; a worker that asks is given it for
  * LIMIT_LEASE_MS, and longer with every heartbeat. When none comes in time the next one who asks is
  * given the chunk, from its latest checkpoint. Whoever returns a tally first, that one counts: it
- * does not matter who ran a chunk, for the bits are the same. One that comes later is compared:
- * other bits are an alarm about a machine.
+ * does not matter who of those who were given a chunk ran it, for the bits are the same. One that
+ * comes later is compared: other bits are an alarm about a machine. A run that fails is tried by
+ * another worker before the job has failed.
  *
  * Nothing of this is kept on disk. After a restart of the daemon the same chunks are offered again,
  * and a heartbeat of one who has such a chunk already makes it that worker's again.
@@ -29,6 +30,7 @@ struct lease_counts {
     size_t offered, held;              /* chunks nobody has, chunks in somebody's hands */
     int64_t granted, expired;          /* since the start */
     int64_t returned, again, differed; /* results taken; come once more; with other bits */
+    int64_t unwanted;                  /* results of chunks that nobody waits for */
 };
 void leases_count(struct leases *leases, struct lease_counts *counts);
 
@@ -57,8 +59,14 @@ void lease_end(struct lease *lease);
 
 /* -------------------------------------------------- whoever runs: handle_leases.c */
 
+/* Who asks: by whose token, and what it calls itself. What is lent to one owner's workers another's
+ * cannot speak for. */
+struct lease_asker {
+    const char *owner, *worker;
+};
 /* STORE_NOT_FOUND = there is nothing to do; STORE_BROKEN = no memory. */
-enum store_status leases_take(struct leases *leases, const char *worker, struct lease_loan *loan);
+enum store_status leases_take(struct leases *leases, const struct lease_asker *asker,
+                              struct lease_loan *loan);
 
 enum lease_answer {
     LEASE_GO_ON,   /* heard; of a return: taken */

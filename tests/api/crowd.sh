@@ -14,4 +14,6 @@ check "jobs have the bits of one machine" same_bits 1007 4
 check "also those of several chunks" same_bits 50003 64
 check "who looks or submits has an answer within a second" says \
     '[.ms.healthz, .ms.job, .ms.list, .ms.page, .ms.metrics, .ms.submit] | all(.p95 < 1000)'
+check "what workers say a thousand times is not in a log of changes" sh -c \
+    "grep -q 'path=/v1/jobs ' '$T/stderr' && ! grep -m 3 'path=/v1/leases.*status=200' '$T/stderr'"
 finish

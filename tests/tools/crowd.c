@@ -218,8 +218,9 @@ static void take(struct party *party, const struct wire_answer *answer)
     fate -= crowd->gone;
     party->late = fate >= 0 && fate < crowd->late;
     party->twice = fate >= crowd->late && fate < crowd->late + crowd->twice;
-    party->broken =
-        fate >= crowd->late + crowd->twice && fate < crowd->late + crowd->twice + crowd->broken;
+    party->broken = party->loan.attempt == 1 && /* what fails twice has failed */
+                    fate >= crowd->late + crowd->twice &&
+                    fate < crowd->late + crowd->twice + crowd->broken;
     if (party->late)
         party->due_us = party->ends_us = now + 1500 * party->loan.lease_ms;
     else if (party->ends_us < party->due_us)
@@ -320,7 +321,9 @@ static void act(struct party *party)
     } else if (crowd->ending) {
         party->phase = ENDED;
     } else {
-        char *body = lease_json_request("crowd");
+        char name[LEASE_WORKER_SIZE];
+        snprintf(name, sizeof(name), "crowd:%td", party - crowd->parties);
+        char *body = lease_json_request(name);
         party->phase = ASKS;
         ask(party, TAKE, "POST", "/v1/leases", body);
         free(body);
