@@ -17,6 +17,9 @@ typedef void handler(const struct service *service, const struct call *call, str
 handler handle_jobs_submit, handle_jobs_get, handle_jobs_attempts, handle_jobs_cancel;
 handler handle_jobs_estimate;
 
+/* handle_forecast.c */
+handler handle_forecast;
+
 /* handle_theory.c */
 handler handle_theory;
 

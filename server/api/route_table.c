@@ -211,6 +211,12 @@ static const struct route routes[] = {
     {"POST", "/v1/estimate", ROLE_READER, handle_jobs_estimate, "estimateJob",
      "a job's cost before it is submitted", .body = "Job", .example = EXAMPLE_JOB,
      .answers = {{200, JSON, "Estimate"}}},
+    {"POST", "/v1/forecast", ROLE_READER, handle_forecast, "forecastJob",
+     "a job's statistical errors before it is submitted, from a sample of it",
+     "Runs some realizations for a fraction of a second. null, with the reason, where that tells "
+     "nothing: of slow observables, long lags, costly steps. Good to a factor of two.",
+     .lane = LANE_DRAWINGS, .body = "Job", .example = EXAMPLE_JOB,
+     .answers = {{200, JSON, "Forecast"}}, .problems = P(TOO_COSTLY)},
     {"POST", "/v1/theory", ROLE_READER, handle_theory, "computeTheory",
      "a job's exact references",
      "For each observable the values on its own bins or lags: theory is the system of N rods, "

@@ -7,7 +7,7 @@ import { action, h, later, replace, shellLine } from './dom.js';
 import { form } from './form.js';
 import { go, note, value } from './place.js';
 import { scene } from './scene.js';
-import { bytes, duration, moment, num } from './words.js';
+import { bytes, duration, moment, num, observableNames } from './words.js';
 
 export const title = 'Submit';
 const FIRST = { particles: 40, length: 50, diameter: 0.5, potential: { type: 'cosine', amplitude: 4 },
@@ -20,6 +20,7 @@ export async function show(main, { query }, signal) {
   let axes = Object.entries(read(value(query, 'axes')) ?? {});
   let fields = null, asked = null;
   const place = h('div'), picture = h('div'), cost = h('div', { 'aria-live': 'polite' });
+  const foretold = h('div', { 'aria-live': 'polite' });
   const line = h('div'), rest = h('div', { role: 'alert' }), axesPlace = h('div');
   const text = h('textarea', { id: 'job-json', rows: 14, spellcheck: 'false', onchange: () => {
     try {
@@ -58,13 +59,29 @@ export async function show(main, { query }, signal) {
       fields.show([]);
       replace(rest);
       replace(cost, told(json));
+      replace(foretold, h('p', { class: 'note' }, 'Statistical errors: a sample is being run.'));
+      forecast(mine.signal);
     } catch (error) {
       if (!mine.signal.aborted)
         wrong(error);
     }
   }
 
+  // Once nothing was typed for a while: a sample of the job takes a fraction of a second.
+  const forecast = later(700, async (mine) => {
+    if (mine.aborted)
+      return;
+    try {
+      const { json } = await ask('POST', '/v1/forecast', job, mine);
+      replace(foretold, errorsOf(json));
+    } catch (error) {
+      if (!mine.aborted)
+        replace(foretold, h('p', { class: 'note' }, `No forecast of statistical errors: ${error.message}`));
+    }
+  });
+
   function wrong(error) {
+    replace(foretold);
     const left = fields.show(error.errors ?? []);
     replace(cost, error.estimate ? told(error.estimate) : h('p', { class: 'note' }, 'No estimate while something is wrong.'));
     replace(rest, error.errors?.length
@@ -141,12 +158,22 @@ export async function show(main, { query }, signal) {
       h('fieldset', null, h('legend', null, 'A sweep'), h('p', { class: 'note' },
         'All combinations of values at these places of the job. 0.1,0.5 or 0..6:7 or 0.1..10:7:log or 1..4'), axesPlace)),
     h('div', { class: 'stick' }, h('fieldset', null, h('legend', null, 'The scene'), picture),
-      h('fieldset', null, h('legend', null, 'What it will take'), cost, rest, h('p', null, send)),
+      h('fieldset', null, h('legend', null, 'What it will take'), cost, foretold, rest, h('p', null, send)),
       h('fieldset', null, h('legend', null, 'The same from a shell'), line),
       h('details', null, h('summary', null, h('label', { for: 'job-json' }, 'The job as JSON')), h('div', { class: 'field' }, text)))));
   build();
   showAxes();
   changed();
+}
+
+// What the statistical errors will be, as far as a sample tells.
+function errorsOf({ observables, sample }) {
+  return h('div', null, h('p', { class: 'note' }, sample ? `Statistical errors, from a sample of ${sample.realizations} realizations of time ${num(sample.time, 2)}:`
+    : 'Statistical errors are not known before it runs:'), h('dl', { class: 'facts' },
+  Object.entries(observables).map(([name, { relative_error: error, reason }]) => h('div', null,
+    h('dt', null, (observableNames[name] ?? name).toLowerCase()), h('dd', { title: reason ?? '' }, error === null ? 'not known'
+      : `${num(100 * error, 2)} %`)))), Object.entries(observables).filter(([, { reason }]) => reason && sample).map(([name, { reason }]) =>
+    h('p', { class: 'note' }, `${observableNames[name] ?? name}: ${reason}.`)));
 }
 
 function read(text) {

@@ -18,7 +18,6 @@ enum report_outcome report_run_job(struct report_run *run, const char *job)
     struct bcd_errors errors = {0};
     enum bcd_status status =
         job ? scene_json_parse(job, strlen(job), &run->scene, &errors) : BCD_NO_MEMORY;
-    enum report_outcome outcome = REPORT_DONE;
     run->core_ns = 0;
     if (status != BCD_OK) {
         if (errors.count > 0)
@@ -26,6 +25,13 @@ enum report_outcome report_run_job(struct report_run *run, const char *job)
         run->error.code = status;
         return status == BCD_INVALID ? REPORT_REFUSED : REPORT_FAILED;
     }
+    return report_run_scene(run);
+}
+
+enum report_outcome report_run_scene(struct report_run *run)
+{
+    enum report_outcome outcome = REPORT_DONE;
+    run->core_ns = 0;
     run->error.code = bcd_tally_create(&run->tally, run->scene);
     if (run->error.code != BCD_OK)
         return REPORT_FAILED;

@@ -31,6 +31,8 @@ struct report_run {
 
 /* Parses the job (JSON; NULL = out of memory) and runs it to its end. */
 enum report_outcome report_run_job(struct report_run *run, const char *job);
+/* The same of run->scene, which is prepared, and the run's from now on. */
+enum report_outcome report_run_scene(struct report_run *run);
 void report_run_fini(struct report_run *run);
 
 /* ,"name":value - of a job or a report in the making, not its first member. */

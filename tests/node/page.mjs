@@ -170,6 +170,9 @@ const field = (pointer) => tab.locator(`[data-pointer="${pointer}"] input, [data
 await test('the scene, the estimate and the line for curl follow what is typed', async () => {
   await visit(tab, '#submit');
   await tab.getByText('of one core').waitFor();
+  const errors = tab.locator('.facts div', { hasText: 'density' }).filter({ hasText: '%' }).last().locator('dd');
+  await tab.getByText(/Statistical errors, from a sample of \d+ realizations/).waitFor({ timeout: 60000 });
+  expect(/^0\.\d+ %$/.test(await errors.textContent()), await errors.textContent());
   const rodsDrawn = await tab.locator('.scene .rod').count();
   expect(rodsDrawn > 3, rodsDrawn);
   const memory = tab.locator('.facts div', { hasText: 'steps' }).locator('dd').first();
