@@ -56,6 +56,11 @@ enum {
     LIMIT_CHECKPOINT_SHARE = 100,          /* or saving takes more than a part in so many of the */
     LIMIT_CHECKPOINT_WAIT_SHARE = 20,      /* processor's time, or of all time: for slow disks */
     LIMIT_CHECKPOINT_FIRST_MS = 500,       /* less in the beginning: twice as much each time */
+    LIMIT_CHECKPOINT_ROW_BYTES = 1 << 20,  /* a larger one has a file of its own beside the base */
+    LIMIT_CHECKPOINT_SETTLE_MS = 500,      /* the disk is given so long to write it */
+    LIMIT_CHECKPOINT_LOST_MS = 10000,      /* for less work lost the share may be exceeded: by a */
+    LIMIT_CHECKPOINT_CREDIT_SHARE = 4,     /* part in so many of the time that a chunk will take, */
+    LIMIT_CHECKPOINT_CREDIT_MS = 120000,   /* and of so long a time: the first ones make the file */
     LIMIT_CRASHES_MAX = 3,                 /* of the server by one job, which then has failed */
     LIMIT_LOST_BARREN = 3,                 /* attempts lost in a row with nothing saved: it rests */
     LIMIT_REST_MS_MAX = 10000,             /* such a job lets others go first for so long */

@@ -11,6 +11,7 @@
 #include "scene_json.h"
 #include "store_attempts.h"
 #include "store_owners.h"
+#include "store_pieces.h"
 #include "store_results.h"
 
 #include <stdio.h>
@@ -367,6 +368,8 @@ enum store_status queue_recover(struct queue *queue)
     for (size_t i = 0; status == STORE_OK && i < count; i++)
         status = recover_job(queue, &records[i]);
     job_records_free(records, count);
+    if (status == STORE_OK)
+        pieces_tidy(queue->store);
     free(path);
     return status;
 }

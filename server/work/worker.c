@@ -3,7 +3,8 @@
  * worker.c - see worker.h. The only file of the daemon that moves a run.
  *
  * A run goes on in slices of about LIMIT_SLICE_MS. Between two slices its progress is published and
- * cancel, stop and checkpoint are looked at; how the slices fall changes no bit of the run.
+ * cancel, stop and checkpoint (worker_checkpoint.c) are looked at; how the slices fall changes no
+ * bit of the run.
  *
  * THREADS  Each worker is one thread with its own run and tallies; what is shared is queue and
  * store.
@@ -44,7 +45,7 @@ int64_t work_now_ns(void)
     return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
-static int64_t cpu_now_ns(void)
+int64_t work_cpu_ns(void)
 {
     struct timespec now;
 
@@ -54,7 +55,7 @@ static int64_t cpu_now_ns(void)
 
 void work_tell_use(struct work *work)
 {
-    int64_t now = cpu_now_ns();
+    int64_t now = work_cpu_ns();
 
     queue_spend(work->workers->queue, work->task, (double)(now - work->cpu_ns) * 1e-9);
     work->cpu_ns = now;
@@ -67,7 +68,7 @@ bool work_should_stop(const struct work *work)
 
 double work_seconds(const struct work *work)
 {
-    return 1e-9 * (double)(cpu_now_ns() - work->began_ns);
+    return 1e-9 * (double)(work_cpu_ns() - work->began_ns);
 }
 
 /* Longer than such a part of the job may take? Says so in the error. */
@@ -75,7 +76,7 @@ static bool over_time(struct work *work)
 {
     const struct job_limits *limits = queue_limits(work->workers->queue);
 
-    if (work->allowed_ns == 0 || cpu_now_ns() - work->began_ns <= work->allowed_ns)
+    if (work->allowed_ns == 0 || work_cpu_ns() - work->began_ns <= work->allowed_ns)
         return false;
     work->error.code = BCD_STOPPED;
     snprintf(work->error.text, sizeof work->error.text,
@@ -123,56 +124,7 @@ bool work_try_again(struct work *work, enum store_status status, int tries)
     return work_back_off(work, tries);
 }
 
-/* ----------------------------------------------------------------- checkpoints */
-
-/* When the next one is due. Early ones first, so that a job gets on even where the server is ended
- * again and again; and never so many that saving takes more than its share of the time. */
-struct pace {
-    int64_t due_ns, gap_ns;
-};
-
-static struct pace pace_begin(int64_t now)
-{
-    const int64_t gap = LIMIT_CHECKPOINT_FIRST_MS * INT64_C(1000000);
-
-    return (struct pace){now + gap, gap};
-}
-
-/* What saving took of the processor counts, and not so much what it waited: on a machine that
- * others use, too, all is as slow as saving. */
-static void pace_next(struct pace *pace, int64_t now, int64_t took_ns, int64_t cpu_ns)
-{
-    const int64_t most = LIMIT_CHECKPOINT_MS * INT64_C(1000000);
-    int64_t least = cpu_ns * LIMIT_CHECKPOINT_SHARE, slow = took_ns * LIMIT_CHECKPOINT_WAIT_SHARE;
-
-    least = least > slow ? least : slow;
-    pace->gap_ns = 2 * pace->gap_ns < most ? 2 * pace->gap_ns : most;
-    pace->due_ns = now + (pace->gap_ns > least ? pace->gap_ns : least);
-}
-
-/* A checkpoint that cannot be kept costs work after a crash, not the run: logged, and that is it.
- */
-static void save_checkpoint(struct work *work)
-{
-    size_t size = bcd_run_checkpoint_size(work->run);
-    void *bytes = malloc(size + 1);
-    enum store_status status = STORE_BROKEN;
-    int64_t begun = cpu_now_ns();
-
-    if (bytes) {
-        bcd_run_save(work->run, bytes);
-        status = store_results_checkpoint(work->workers->store, work->task->id, work->task->chunk,
-                                          bytes, size);
-    }
-    if (status == STORE_FULL || status == STORE_BROKEN)
-        log_write(LOG_LEVEL_WARNING, "checkpoint_not_kept",
-                  LOG_FIELDS(log_text("job", work->task->id),
-                             log_integer("chunk", work->task->chunk),
-                             log_integer("bytes", (int64_t)size)));
-    free(bytes);
-    atomic_fetch_add(&work->worker->checkpoints, 1);
-    atomic_fetch_add(&work->worker->saving_ns, cpu_now_ns() - begun);
-}
+/* ------------------------------------------------------------------ beginnings */
 
 /* A chunk that another job began: goes on from there. A beginning that is damaged is dropped, and
  * the chunk run from its own beginning. */
@@ -205,19 +157,22 @@ static enum bcd_status go_on(struct work *work)
 static enum bcd_status create_run(struct work *work)
 {
     const struct task *task = work->task;
-    struct blob checkpoint = {0};
     enum bcd_status status =
         bcd_run_create_watched(&work->run, task->scene, task->chunk, &work->watch, &work->error);
+    enum saved saved;
 
     if (status)
         return status;
-    if (store_results_load_checkpoint(work->workers->store, task->id, task->chunk, &checkpoint) !=
-        STORE_OK)
-        return go_on(work);
-    status = bcd_run_restore(work->run, checkpoint.bytes, checkpoint.size, &work->error);
-    blob_fini(&checkpoint);
-    if (status == BCD_OK)
+    saved = saving_restore(work);
+    if (saved == SAVED_RESTORED)
         return BCD_OK;
+    if (saved == SAVED_NOTHING)
+        return go_on(work);
+    if (saved == SAVED_LATER) {
+        bcd_run_free(work->run);
+        work->run = NULL;
+        return BCD_NO_MEMORY;
+    }
     log_write(LOG_LEVEL_WARNING, "checkpoint_dropped",
               LOG_FIELDS(log_text("job", task->id), log_integer("chunk", task->chunk),
                          log_text("reason", work->error.text)));
@@ -290,7 +245,7 @@ static void note_cost(struct work *work, const struct measured *from)
 
     calibration_note(queue_calibration(work->workers->queue), calibration_method(work->task->scene),
                      nominal_seconds(work->task) * (double)(total - from->ticks) / (double)total,
-                     1e-9 * (double)(cpu_now_ns() - from->cpu_ns));
+                     1e-9 * (double)(work_cpu_ns() - from->cpu_ns));
 }
 
 /* How long the chunk may take, if something is wrong with it or with its estimate. */
@@ -303,6 +258,7 @@ static void allow(struct work *work)
         nominal_seconds(work->task) * calibration_factor(queue_calibration(queue), method, NULL);
     double allowed = limits->overrun_factor * expected + limits->overrun_seconds;
 
+    work->expected_seconds = expected;
     work->allowed_ns = allowed < 1e9 ? (int64_t)(1e9 * allowed) + 1 : 0;
 }
 
@@ -311,10 +267,10 @@ static enum run_end advance(struct work *work)
 {
     const int64_t total = bcd_run_ticks_total(work->run);
     const double rods_per_tick = work_rod_steps(work->task->scene) / (double)total;
-    const struct measured measured = {bcd_run_ticks_done(work->run), cpu_now_ns()};
+    const struct measured measured = {bcd_run_ticks_done(work->run), work_cpu_ns()};
     int64_t slice = 1, before = work_now_ns();
-    struct pace pace = pace_begin(before);
 
+    saving_begin(work, before);
     atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
     atomic_store(work->task->ticks_total, total);
     while (bcd_run_ticks_done(work->run) < total) {
@@ -332,14 +288,8 @@ static enum run_end advance(struct work *work)
                          (int64_t)(rods_per_tick * (double)(bcd_run_ticks_done(work->run) - from)));
         atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
         work_tell_use(work);
-        if (after >= pace.due_ns && bcd_run_ticks_done(work->run) < total) {
-            int64_t cpu = cpu_now_ns();
-
-            save_checkpoint(work);
-            before = after;
+        if (bcd_run_ticks_done(work->run) < total && saving_look(work, after))
             after = work_now_ns();
-            pace_next(&pace, after, after - before, cpu_now_ns() - cpu);
-        }
         before = after;
     }
     note_cost(work, &measured);
@@ -400,7 +350,7 @@ enum run_end work_run_here(struct work *work)
     /* A run that was stopped in the middle of a start goes on from its last checkpoint. */
     if (outcome == RUN_STOPPED && !atomic_load(work->task->cancelled) &&
         work->watch.end == BCD_WATCH_GOES_ON)
-        save_checkpoint(work);
+        saving_last(work);
     return outcome;
 }
 
@@ -429,8 +379,8 @@ static void fail_job(struct work *work)
 static void do_task(struct worker *worker, struct task *task)
 {
     struct workers *workers = worker->workers;
-    struct work work = {.workers = workers, .worker = worker, .task = task, .cpu_ns = cpu_now_ns()};
-    work.began_ns = work.cpu_ns;
+    struct work work = {.workers = workers, .worker = worker, .task = task};
+    work.began_ns = work.cpu_ns = work_cpu_ns();
     work.watch = (struct bcd_watch){.should_stop = ask_stop,
                                     .context = &work,
                                     .bytes_max = queue_limits(workers->queue)->run_bytes};
@@ -439,6 +389,7 @@ static void do_task(struct worker *worker, struct task *task)
     if (!last) {
         enum run_end outcome = work_run_chunk(&work);
 
+        saving_end(&work, outcome != RUN_STOPPED || atomic_load(task->cancelled));
         bcd_run_free(work.run);
         work.run = NULL;
         work_tell_use(&work);

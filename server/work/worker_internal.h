@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * worker_internal.h - what worker.c, which moves runs, and worker_finish.c, which ends jobs, share.
+ * worker_internal.h - what worker.c, which moves runs, worker_checkpoint.c, which keeps them, and
+ * worker_finish.c, which ends jobs, share.
  */
 #ifndef WORKER_INTERNAL_H
 #define WORKER_INTERNAL_H
 
 #include "lease.h"
+#include "store_pieces.h"
 #include "store_samples.h"
 #include "worker.h"
 
@@ -40,6 +42,15 @@ struct workers {
     struct worker each[];
 };
 
+/* A chunk's checkpoints: when the next one is due and what it may cost (worker_checkpoint.c); the
+ * file of large ones, the sums of what is kept in it, and of what is about to be. */
+struct saving {
+    int64_t due_ns, gap_ns, credit_ns;
+    int64_t put_ns, took_ns, cpu_ns; /* since when the newest one waits for the disk, its cost */
+    struct pieces *file;
+    uint64_t *kept, *next;
+};
+
 /* One task in work. `cpu_ns`: this thread's clock when its use was told last. */
 struct work {
     struct workers *workers;
@@ -48,6 +59,8 @@ struct work {
     struct bcd_run *run;
     struct bcd_error error;
     int64_t cpu_ns;
+    double expected_seconds; /* of the whole chunk */
+    struct saving saving;
     struct bcd_watch watch;       /* over everything that the engine does for it */
     int64_t began_ns, allowed_ns; /* of this thread's clock; allowed: 0 = whatever it takes */
 };
@@ -61,6 +74,8 @@ enum run_end {
 
 /* ------------------------------------------------------------------ worker.c */
 
+int64_t work_now_ns(void); /* steady, */
+int64_t work_cpu_ns(void); /* and of this thread alone */
 bool work_should_stop(const struct work *work);
 /* Tells the queue what this task has used since it was told last. */
 void work_tell_use(struct work *work);
@@ -75,7 +90,6 @@ bool work_try_again(struct work *work, enum store_status status, int tries);
 enum run_end work_run_here(struct work *work);
 /* Stores a finished chunk's tally, with patience. */
 enum run_end work_put_chunk(struct work *work, const void *bytes, size_t size);
-int64_t work_now_ns(void);
 double work_rod_steps(const struct bcd_scene *scene); /* of one chunk */
 
 /* ------------------------------------------------------------- worker_lend.c */
@@ -90,6 +104,31 @@ void work_end(struct work *work);
 
 /* The chunk, here or elsewhere. */
 enum run_end work_run_chunk(struct work *work);
+
+/* ------------------------------------------------------- worker_checkpoint.c */
+
+/* Puts a run that was just made where its newest checkpoint left it. */
+enum saved {
+    SAVED_NOTHING,
+    SAVED_RESTORED,
+    SAVED_LATER,   /* there is no memory to read it at the moment */
+    SAVED_DAMAGED, /* work->error says in which way; the run is to be made anew */
+};
+enum saved saving_restore(struct work *work);
+/* The chunk's newest checkpoint, sound or not; the file it may be in is opened to go on with.
+ * STORE_NOT_FOUND: there is none. STORE_CONFLICT: its file cannot be read. STORE_BROKEN: no memory.
+ */
+enum store_status saving_load(struct work *work, struct blob *checkpoint);
+
+/* The run is about to move. */
+void saving_begin(struct work *work, int64_t now_ns);
+/* Between two slices: makes a checkpoint if one is due. True if that took time. One that cannot be
+ * kept costs work after a crash, not the run: logged, and that is it. */
+bool saving_look(struct work *work, int64_t now_ns);
+/* The run will not move any more for now: where it stands is kept. */
+void saving_last(struct work *work);
+/* ended: no checkpoint of the chunk is needed any more. */
+void saving_end(struct work *work, bool ended);
 
 /* ----------------------------------------------------------- worker_finish.c */
 

@@ -84,8 +84,7 @@ static struct lease *offer(struct work *work)
     struct blob checkpoint = {0}, begun = {0};
     struct lease *lease;
 
-    if (store_results_load_checkpoint(work->workers->store, task->id, task->chunk, &checkpoint) !=
-        STORE_OK)
+    if (saving_load(work, &checkpoint) != STORE_OK)
         load_begun(work, &begun);
     if (checkpoint.size > LIMIT_LEASE_BYTES_MAX)
         blob_fini(&checkpoint);

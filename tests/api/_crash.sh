@@ -13,9 +13,11 @@ nap() { # milliseconds
     sleep "$(printf '%d.%03d' $(($1 / 1000)) $(($1 % 1000)))"
 }
 
-# Every tenth is one long chunk; the rest are short, in several chunks.
+# Every tenth is one long chunk, every other of these one whose checkpoints are files; the rest are
+# short, in several chunks.
 job() { # NUMBER
-    case $(($1 % 10)) in
+    case $(($1 % 20)) in
+    11) printf '{"particles":4000,"length":8000,"diameter":0.5,"time":12,"time_step":0.001,"seed":%s,' "$1" ;;
     1) printf '{"particles":100,"length":200,"diameter":0.5,"time":400,"time_step":0.001,"seed":%s,' "$1" ;;
     *) printf '{"particles":30,"length":60,"diameter":0.5,"time":30,"time_step":0.001,"seed":%s,' "$1"
         printf '"realizations":3,' ;;
@@ -161,7 +163,7 @@ check "every point of $(wc -l <"$T/acked.sweeps") acknowledged sweeps too" test 
 check "none is left" test "$(curl -sS "$URL/v1/jobs?state=queued&state=running&state=failed" | jq '.jobs | length')" = 0
 check "none is blamed" test "$(sqlite3 "$T/data/bcd.sqlite" 'SELECT sum(attempts_failed) FROM jobs')" = 0
 check "attempts were lost" test "$(sqlite3 "$T/data/bcd.sqlite" 'SELECT sum(attempts_lost) FROM jobs')" -ge 5
-check "nothing half is left behind" sh -c "! ls $T/data | grep partial"
+check "nothing half is left behind" sh -c "! ls $T/data $T/data/checkpoints | grep -E 'partial|^j'"
 mkdir "$T/one" "$T/two"
 while read -r n id; do
     curl -sS "$URL/v1/jobs/$id/results" | jq -c 'del(.id)' >"$T/one/$n"

@@ -18,7 +18,7 @@ void temp_dir_make(char path[TEMP_DIR_SIZE])
     }
 }
 
-void temp_dir_remove(const char *path)
+static void remove_files(const char *path)
 {
     DIR *dir = opendir(path);
     struct dirent *entry;
@@ -29,4 +29,13 @@ void temp_dir_remove(const char *path)
     if (dir)
         closedir(dir);
     rmdir(path);
+}
+
+void temp_dir_remove(const char *path)
+{
+    char below[TEMP_DIR_SIZE + 16];
+
+    snprintf(below, sizeof below, "%s/checkpoints", path);
+    remove_files(below);
+    remove_files(path);
 }

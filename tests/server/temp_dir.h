@@ -8,7 +8,7 @@ enum { TEMP_DIR_SIZE = 256 };
 /* Makes one; aborts when it cannot. */
 void temp_dir_make(char path[TEMP_DIR_SIZE]);
 
-/* Removes it and the plain files in it. */
+/* Removes it, the plain files in it, and a store's directory of checkpoints. */
 void temp_dir_remove(const char *path);
 
 #endif

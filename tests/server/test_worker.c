@@ -9,6 +9,8 @@
 #include "support/experiment.h"
 #include "worker.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -235,6 +237,103 @@ static void no_damage_gives_wrong_bits(void **state)
     plant_assert_same_bytes(bench->store, id, job_bench_scene(12, 1));
 }
 
+/* So many rods that its checkpoint is not kept in the database. */
+static struct bcd_scene *large_scene(void)
+{
+    return experiment_scene("{'particles':4000,'length':8000,'diameter':0.5,'force':1,"
+                            "'potential':{'type':'cosine','amplitude':6},'time':12,"
+                            "'time_step':0.001,'realizations':1,'seed':11,'observables':{"
+                            "'msd':{'first':0.01,'last':10,'points':30},'density':{'bins':20},"
+                            "'energy':{}}}");
+}
+
+static size_t files_in(const struct bench *bench, char path[TEMP_DIR_SIZE + 64])
+{
+    char folder[TEMP_DIR_SIZE + 16];
+    DIR *dir;
+    struct dirent *entry;
+    size_t count = 0;
+
+    snprintf(folder, sizeof folder, "%s/checkpoints", bench->dir);
+    dir = opendir(folder);
+    while (dir && (entry = readdir(dir)) != NULL) {
+        if (entry->d_name[0] == '.')
+            continue;
+        snprintf(path, TEMP_DIR_SIZE + 64, "%s/%.40s", folder, entry->d_name);
+        count++;
+    }
+    if (dir)
+        closedir(dir);
+    return count;
+}
+
+/* Stopped three times; before the last start bits of its file are turned. */
+static void a_large_checkpoint_is_a_file(void **state)
+{
+    static const double wanted[] = {0.1, 0.3, 0.5};
+    struct bench *bench = *state;
+    struct plant plant = plant_start(bench, 1);
+    char id[JOB_ID_SIZE], path[TEMP_DIR_SIZE + 64];
+    unsigned char byte = 0;
+    int fd;
+
+    job_bench_submit(bench->store, plant.queue, large_scene(), id);
+    for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; i++) {
+        plant_wait_progress(&plant, id, wanted[i]);
+        plant_stop(&plant);
+        assert_int_equal(bench_state(bench->store, id), JOB_RUNNING);
+        assert_int_equal(files_in(bench, path), 1);
+        assert_in_range(bench_number(bench->store, "SELECT length(bytes) FROM checkpoints"), 65,
+                        200);
+        bench_reopen(bench);
+        if (i == 2)
+            break;
+        plant = plant_start(bench, 1);
+        plant_wait_start(&plant, id);
+        while (queue_progress(plant.queue, id) == 0.0)
+            job_bench_nap(1);
+        assert_true(queue_progress(plant.queue, id) >= wanted[i]);
+    }
+    fd = open(path, O_RDWR);
+    for (off_t at = 4711; pread(fd, &byte, 1, at) == 1; at += 1 << 16) { /* both places of all */
+        byte ^= 4;
+        assert_int_equal(pwrite(fd, &byte, 1, at), 1);
+    }
+    close(fd);
+    plant = plant_start(bench, 1);
+    plant_wait_start(&plant, id);
+    assert_true(queue_progress(plant.queue, id) < 0.3); /* from its start */
+    assert_int_equal(job_bench_wait(bench->store, id), JOB_DONE);
+    plant_stop(&plant);
+    assert_int_equal(files_in(bench, path), 0);
+    plant_assert_same_bytes(bench->store, id, large_scene());
+}
+
+static void a_cancelled_job_leaves_no_file(void **state)
+{
+    struct bench *bench = *state;
+    struct plant plant = plant_start(bench, 1);
+    char id[JOB_ID_SIZE], path[TEMP_DIR_SIZE + 64];
+
+    job_bench_submit(bench->store, plant.queue, large_scene(), id);
+    plant_wait_progress(&plant, id, 0.1);
+    plant_stop(&plant);
+    assert_int_equal(files_in(bench, path), 1);
+    /* Nobody works at it: the next start removes the file. */
+    assert_int_equal(store_jobs_cancel(bench->store, id), STORE_OK);
+    plant = plant_start(bench, 1);
+    assert_int_equal(files_in(bench, path), 0);
+    job_bench_submit(bench->store, plant.queue, large_scene(), id);
+    while (files_in(bench, path) == 0)
+        job_bench_nap(10);
+    assert_int_equal(store_jobs_cancel(bench->store, id), STORE_OK);
+    queue_cancel(plant.queue, id);
+    for (int waited = 0; waited < 6000 && files_in(bench, path) > 0; waited++)
+        job_bench_nap(10);
+    assert_int_equal(files_in(bench, path), 0);
+    plant_stop(&plant);
+}
+
 /* Killed after the last chunk was stored and before the tables were. */
 static void a_job_with_all_chunks_is_finished_at_start(void **state)
 {
@@ -428,6 +527,8 @@ int main(void)
         BENCH_TEST(a_damaged_checkpoint_is_dropped),
         BENCH_TEST(a_damaged_tally_is_run_again),
         BENCH_TEST(no_damage_gives_wrong_bits),
+        BENCH_TEST(a_large_checkpoint_is_a_file),
+        BENCH_TEST(a_cancelled_job_leaves_no_file),
         BENCH_TEST(a_job_with_all_chunks_is_finished_at_start),
         BENCH_TEST(a_full_disk_is_waited_out),
         BENCH_TEST(a_stop_with_a_full_disk_loses_nothing),

@@ -98,9 +98,9 @@ report "the server enters the engine by its one door" "$(
     done
 )"
 
-report "only worker.c, cli*.c and report_run.c run simulations" "$(
+report "only worker*.c, cli*.c and report_run.c run simulations" "$(
     grep -rlE '\bbcd_run_[a-z]+[ ]*\(' --include='*.[ch]' server |
-        grep -vE '^server/(work/worker|report/report_run|cli/cli[a-z_]*)\.c$'
+        grep -vE '^server/(work/worker(_checkpoint)?|report/report_run|cli/cli[a-z_]*)\.c$'
 )"
 
 # The rooms of the server, from the top: the programs, what is asked for (api/), how it comes and goes
