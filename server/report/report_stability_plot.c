@@ -32,8 +32,9 @@ static void add_cell(struct text *svg, double x, double y, const struct stabilit
     const struct stability_result *result = &entry->result;
     const struct look *look = &looks[result->verdict];
     char words[32] = "";
-    if (result->verdict == STABILITY_BIASED || stability_failed(result->verdict))
-        snprintf(words, sizeof words, isfinite(result->off) ? " %.1g" : "", result->off);
+    bool told = result->verdict == STABILITY_BIASED || stability_failed(result->verdict);
+    if (told && isfinite(result->off))
+        snprintf(words, sizeof words, " %.1g", result->off);
     text_add(svg,
              "<g><rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"%s\" "
              "stroke=\"#ffffff\"/>",
