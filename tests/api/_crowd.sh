@@ -2,8 +2,8 @@
 # _crowd.sh - a daemon and a crowd of workers that behave badly now and then (tests/tools/crowd.c).
 # Read with `.` by the others.
 #
-#   crowd_daemon LENT           a daemon that lends so many chunks at a time, leases of 2 s; and
-#                               ID: a job, done by no one yet, that people look at
+#   crowd_daemon LENT SECONDS   a daemon that lends so many chunks at a time, with leases of so
+#                               long; and ID: a job, done by no one yet, that people look at
 #   crowd_sweep FIRST COUNT REALIZATIONS   so many jobs with seeds of their own
 #   crowd_work [crowd's options]           until all sweeps are done, then gives $T/crowd
 #   crowd_ledger                checks that every chunk is accounted for
@@ -40,7 +40,7 @@ says() {
 crowd_daemon() {
     "$B/bcdd" token create --data "$T/data" --owner root --role admin >"$T/admin" 2>"$T/said"
     "$B/bcdd" token create --data "$T/data" --owner cluster --role worker >"$T/worker" 2>"$T/said"
-    daemon_start "$T/data" --backend workers --workers "$1" --lease 2 --log changes --nice 5
+    daemon_start "$T/data" --backend workers --workers "$1" --lease "$2" --log changes --nice 5
     as_admin POST /v1/jobs -d "$(crowd_job 4)"
     ID=$(jq -r .id "$T/body")
 }
@@ -90,7 +90,7 @@ as_many_done_as_returned() {
 }
 
 until_expired() { # LEAST
-    for try in $(seq 100); do
+    for try in $(seq 400); do
         [ "$(metric bcd_leases_expired_total)" -ge "$1" ] && return
         sleep 0.1
     done

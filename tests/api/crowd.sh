@@ -4,7 +4,7 @@
 # lost, none counts twice, and people are served meanwhile. crowd_long.sh does it with 500.
 . "$(dirname "$0")/_crowd.sh"
 
-crowd_daemon 64
+crowd_daemon 64 2
 crowd_sweep 1000 250 4
 crowd_sweep 50000 20 64
 crowd_work --workers 50 --seconds 60 --work 500 --gone 30 --late 30 --twice 30 --broken 20

@@ -49,13 +49,13 @@ one_core() {
     [ "$(nproc)" -lt 2 ] || ! command -v taskset >/dev/null || taskset -apc 0 "$PID" >"$T/said"
 }
 
-# ---------------------------------------- 500 workers, each with chunks of five seconds
-crowd_daemon 512
+# ---------------------------------------- 500 workers, each with chunks of ten seconds
+crowd_daemon 512 30
 one_core
-crowd_sweep 1000 4000 4
-crowd_sweep 50000 100 64
-watch 8 22 &
-crowd_work --workers 500 --seconds 200 --work 5000 --gone 2 --late 3 --twice 5 --broken 3
+crowd_sweep 1000 2000 4
+crowd_sweep 50000 50 64
+watch 16 20 &
+crowd_work --workers 500 --seconds 300 --work 10000 --gone 3 --late 3 --twice 10 --broken 5
 wait $!
 carried
 crowd_ledger
@@ -65,20 +65,20 @@ check "also those of several chunks" same_bits 50003 64
 check "workers, lookers and submitters have an answer within a second" says \
     '[.ms[]] | all(.p99 < 1000)'
 check "small pages in 50 ms" says '[.ms.healthz, .ms.job, .ms.page] | all(.median < 50)'
-check "no more than half a core is taken by it" true_that "$SHARE < 0.5"
-check "memory stays" true_that "$(grown 2) < 0.1 * $(at first 2)"
+check "a core is enough for it" true_that "$SHARE < 0.75"
+check "memory stays" true_that "$(grown 2) < 0.2 * $(at first 2)"
 check "so do descriptors" true_that "$(grown 3) < 20"
 daemon_end TERM
 check "the daemon ends" test "$EXIT" = 0
-echo "# $(calc "$(cat "$T"/data/bcd.sqlite | wc -c) / $("$B/bcd" sql --data "$T/data" --csv \
+echo "# $(calc "$(stat -c %s "$T/data/bcd.sqlite") / $("$B/bcd" sql --data "$T/data" --csv \
     'select count(*) from jobs' | tail -n 1)") bytes of the database for each job"
 
 # ------------------------------------------------------ as many results as it can take
 rm -rf "$T/data"
 SWEEPS=
-crowd_daemon 512
+crowd_daemon 512 30
 one_core
-crowd_sweep 1000 8000 4
+crowd_sweep 1000 6000 4
 watch 4 10 &
 crowd_work --workers 100 --seconds 200 --work 0
 wait $!
