@@ -62,6 +62,8 @@ enum {
     LIMIT_CHECKPOINT_CREDIT_SHARE = 4,     /* part in so many of the time that a chunk will take, */
     LIMIT_CHECKPOINT_CREDIT_MS = 120000,   /* and of so long a time: the first ones make the file */
     LIMIT_CRASHES_MAX = 3,                 /* of the server by one job, which then has failed */
+    LIMIT_STARVED_MAX = 5,                 /* attempts lost in a row, with nothing saved and the */
+                                           /* kernel out of memory: the job has failed */
     LIMIT_LOST_BARREN = 3,                 /* attempts lost in a row with nothing saved: it rests */
     LIMIT_REST_MS_MAX = 10000,             /* such a job lets others go first for so long */
     LIMIT_DRAIN_MS = 5000,                 /* requests in progress at shutdown */

@@ -71,18 +71,61 @@ static enum store_status fail_poison(sqlite3 *db, const struct attempt_crash *cr
     return status;
 }
 
-static enum store_status recover(sqlite3 *db, const struct attempt_crash *crashes, size_t count)
+static const char starved_text[] = "the system was out of memory";
+
+static enum store_status lose(sqlite3 *db, bool starved)
+{
+    struct stmt row = stmt_init(db, "UPDATE attempts SET ended = 'lost', ended_ms = :now,"
+                                    " reason = :reason WHERE ended IS NULL");
+
+    stmt_bind_integer(&row, ":now", store_now_ms());
+    stmt_bind_text(&row, ":reason", starved ? starved_text : NULL);
+    return stmt_run(&row, NULL);
+}
+
+/* One job that memory never sufficed for; STORE_NOT_FOUND = there is none (any more). */
+static enum store_status fail_starved(sqlite3 *db)
+{
+    char id[JOB_ID_SIZE], error[160];
+    struct stmt row =
+        stmt_init(db, "SELECT id FROM jobs WHERE state = 'running' AND :most ="
+                      " (SELECT total(ended = 'lost' AND saves = 0 AND reason = :reason) FROM"
+                      "  (SELECT ended, saves, reason FROM attempts WHERE attempts.job = jobs.seq"
+                      "   ORDER BY number DESC LIMIT :most)) LIMIT 1");
+    enum store_status status;
+    bool any;
+
+    stmt_bind_integer(&row, ":most", LIMIT_STARVED_MAX);
+    stmt_bind_text(&row, ":reason", starved_text);
+    any = stmt_step(&row);
+    if (any)
+        stmt_text_to(&row, 0, id, sizeof id);
+    status = stmt_fini(&row);
+    if (status || !any)
+        return status ? status : STORE_NOT_FOUND;
+    snprintf(error, sizeof error,
+             "%d times in a row %s and the server was killed before the job had saved anything",
+             LIMIT_STARVED_MAX, starved_text);
+    status = store_jobs_move(db, id, JOB_FAILED, error);
+    if (status == STORE_OK)
+        log_write(LOG_LEVEL_ERROR, "job_failed",
+                  LOG_FIELDS(log_text("job", id), log_text("reason", error)));
+    return status;
+}
+
+static enum store_status recover(sqlite3 *db, const struct attempts_end *end)
 {
     enum store_status status = STORE_OK;
 
-    for (size_t i = 0; status == STORE_OK && i < count; i++)
-        status = note_crash(db, &crashes[i]);
+    for (size_t i = 0; status == STORE_OK && i < end->count; i++)
+        status = note_crash(db, &end->crashes[i]);
     if (status == STORE_OK)
-        status = run(db, "UPDATE attempts SET ended = 'lost', ended_ms = :now WHERE ended IS NULL",
-                     NULL);
-    for (size_t i = 0; status == STORE_OK && i < count; i++)
-        status = fail_poison(db, &crashes[i]);
-    if (status)
+        status = lose(db, end->starved);
+    for (size_t i = 0; status == STORE_OK && i < end->count; i++)
+        status = fail_poison(db, &end->crashes[i]);
+    while (status == STORE_OK && end->starved)
+        status = fail_starved(db);
+    if (status && status != STORE_NOT_FOUND)
         return status;
     return run(
         db,
@@ -92,13 +135,12 @@ static enum store_status recover(sqlite3 *db, const struct attempt_crash *crashe
         NULL);
 }
 
-enum store_status store_attempts_recover(struct store *store, const struct attempt_crash *crashes,
-                                         size_t count)
+enum store_status store_attempts_recover(struct store *store, const struct attempts_end *end)
 {
     sqlite3 *db;
     enum store_status status = STORE_BEGIN(store, &db);
 
-    return status ? status : store_end(store, recover(db, crashes, count));
+    return status ? status : store_end(store, recover(db, end));
 }
 
 enum store_status store_attempts_stop(struct store *store)

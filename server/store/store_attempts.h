@@ -5,7 +5,8 @@
  * that up (schema/007). See store.h for threads, errors and memory.
  *
  * An attempt is lost when the server ended without a word: kill -9, power cut, somebody else's
- * crash. That is no fault of the job's and never ends it. It has crashed when the job itself ended
+ * crash. That is no fault of the job's and never ends it, unless it is want of memory that ends the
+ * server each time before the job gets anywhere. It has crashed when the job itself ended
  * the server; LIMIT_CRASHES_MAX such, and the job has failed.
  */
 #ifndef STORE_ATTEMPTS_H
@@ -21,10 +22,18 @@ struct attempt_crash {
     char reason[ATTEMPT_REASON_SIZE];
 };
 
-/* At the start: what was in motion has crashed, if it is in `crashes`, or is lost; jobs that did so
- * too often are failed, and all others that run begin another attempt. In one transaction. */
-enum store_status store_attempts_recover(struct store *store, const struct attempt_crash *crashes,
-                                         size_t count);
+/* What is known of the end of the server: who crashed it, and whether memory was short (starved),
+ * which kills it like a kill -9. */
+struct attempts_end {
+    const struct attempt_crash *crashes;
+    size_t count;
+    bool starved;
+};
+
+/* At the start: what was in motion has crashed, or is lost; jobs that crashed too often are failed,
+ * so are those whose last LIMIT_STARVED_MAX attempts were lost for want of memory before they saved
+ * anything; all others that run begin another attempt. In one transaction. */
+enum store_status store_attempts_recover(struct store *store, const struct attempts_end *end);
 
 /* At the end, when workers have left their checkpoints behind: what was in motion was stopped. */
 enum store_status store_attempts_stop(struct store *store);

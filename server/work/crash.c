@@ -179,3 +179,30 @@ struct attempt_crash *crash_read(const char *path, size_t *count)
     unlink(path);
     return crashes;
 }
+
+/* -1 = not told. */
+static long long read_count(const char *path, const char *format)
+{
+    FILE *file = fopen(path, "re");
+    char line[128];
+    long long count = -1;
+
+    while (file && count < 0 && fgets(line, sizeof line, file))
+        if (sscanf(line, format, &count) != 1)
+            count = -1;
+    if (file)
+        fclose(file);
+    return count;
+}
+
+bool crash_starved(const char *vmstat, const char *path)
+{
+    long long now = read_count(vmstat, "oom_kill %lld"), before = read_count(path, "%lld");
+    int fd = now < 0 ? -1 : open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
+
+    if (fd >= 0) {
+        dprintf(fd, "%lld\n", now);
+        close(fd);
+    }
+    return before >= 0 && now > before;
+}

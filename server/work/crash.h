@@ -33,4 +33,9 @@ void crash_note(const char *job, int64_t chunk);
  * are removed before they are used: lost ones do less harm than ones that count twice. */
 struct attempt_crash *crash_read(const char *path, size_t *count);
 
+/* Whether the kernel has killed processes for want of memory since this was asked last: `vmstat` is
+ * its file (CRASH_VMSTAT), `path` where the count is kept. After a reboot nobody knows: false. */
+#define CRASH_VMSTAT "/proc/vmstat"
+bool crash_starved(const char *vmstat, const char *path);
+
 #endif

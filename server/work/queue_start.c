@@ -341,14 +341,21 @@ static enum store_status recover_owners(struct queue *queue)
 }
 
 /* What was in motion when the server ended, and whether it was that which ended it. */
-static enum store_status recover_attempts(struct queue *queue, const char *path)
+static enum store_status recover_attempts(struct queue *queue)
 {
-    size_t count = 0;
-    struct attempt_crash *crashes = path ? crash_read(path, &count) : NULL;
-    enum store_status status =
-        crashes ? store_attempts_recover(queue->store, crashes, count) : STORE_BROKEN;
+    char *notes = queue_crash_path(queue), *kills = store_beside(queue->store, "bcd.starved");
+    struct attempts_end end = {0};
+    struct attempt_crash *crashes = notes && kills ? crash_read(notes, &end.count) : NULL;
+    enum store_status status = STORE_BROKEN;
 
+    if (crashes) {
+        end.crashes = crashes;
+        end.starved = crash_starved(CRASH_VMSTAT, kills);
+        status = store_attempts_recover(queue->store, &end);
+    }
     free(crashes);
+    free(kills);
+    free(notes);
     return status;
 }
 
@@ -356,8 +363,7 @@ enum store_status queue_recover(struct queue *queue)
 {
     struct job_record *records = NULL;
     size_t count = 0;
-    char *path = queue_crash_path(queue);
-    enum store_status status = recover_attempts(queue, path);
+    enum store_status status = recover_attempts(queue);
 
     if (status == STORE_OK)
         status = recover_owners(queue);
@@ -370,6 +376,5 @@ enum store_status queue_recover(struct queue *queue)
     job_records_free(records, count);
     if (status == STORE_OK)
         pieces_tidy(queue->store);
-    free(path);
     return status;
 }

@@ -69,8 +69,10 @@ static void recover(struct store *store, const char *crashed)
 {
     struct attempt_crash crash = {.reason = "SIGSEGV in chunk 1"};
 
+    const struct attempts_end end = {.crashes = &crash, .count = crashed != NULL};
+
     snprintf(crash.job, sizeof crash.job, "%s", crashed ? crashed : "");
-    assert_int_equal(store_attempts_recover(store, &crash, crashed != NULL), STORE_OK);
+    assert_int_equal(store_attempts_recover(store, &end), STORE_OK);
 }
 
 static void begin(struct store *store, int tag, char id[JOB_ID_SIZE])
@@ -294,6 +296,66 @@ static void signals_leave_notes(void **state)
     assert_int_not_equal(access(path, F_OK), 0);
 }
 
+/* Memory that never suffices ends a job; that others starve beside it, or that it gets anywhere,
+ * does not. */
+static void want_of_memory_ends_a_job_in_the_end(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    const struct attempts_end starved = {.starved = true};
+    char id[JOB_ID_SIZE], other[JOB_ID_SIZE];
+    struct job_record record;
+
+    begin(store, 1, id);
+    begin(store, 2, other);
+    for (int i = 1; i < LIMIT_STARVED_MAX; i++)
+        assert_int_equal(store_attempts_recover(store, &starved), STORE_OK);
+    recover(store, NULL); /* a kill -9 in between */
+    for (int i = 1; i < LIMIT_STARVED_MAX; i++)
+        assert_int_equal(store_attempts_recover(store, &starved), STORE_OK);
+    assert_int_equal(bench_state(store, id), JOB_RUNNING);
+    assert_int_equal(store_results_checkpoint(store, other, 1, "abc", 3), STORE_OK);
+    assert_int_equal(store_attempts_recover(store, &starved), STORE_OK);
+    assert_int_equal(bench_state(store, id), JOB_FAILED);
+    assert_int_equal(bench_state(store, other), JOB_RUNNING);
+    assert_int_equal(store_jobs_get(store, id, &record), STORE_OK);
+    assert_non_null(strstr(record.error, "out of memory"));
+    assert_int_equal(record.attempts_lost, 2 * LIMIT_STARVED_MAX);
+    job_record_fini(&record);
+}
+
+static void write_text(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "w");
+
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+}
+
+static void the_kernel_tells_of_want_of_memory(void **state)
+{
+    const struct bench *bench = *state;
+    char vmstat[TEMP_DIR_SIZE + 16], path[TEMP_DIR_SIZE + 16];
+
+    snprintf(vmstat, sizeof vmstat, "%s/vmstat", bench->dir);
+    snprintf(path, sizeof path, "%s/bcd.starved", bench->dir);
+    assert_false(crash_starved(vmstat, path)); /* nothing is told */
+    write_text(vmstat, "nr_free_pages 5\noom_kill 3\nother 7\n");
+    assert_false(crash_starved(vmstat, path)); /* asked for the first time */
+    assert_false(crash_starved(vmstat, path));
+    write_text(vmstat, "nr_free_pages 5\noom_kill 4\nother 7\n");
+    assert_true(crash_starved(vmstat, path));
+    assert_false(crash_starved(vmstat, path));
+    write_text(vmstat, "oom_kill 0\n"); /* a reboot */
+    assert_false(crash_starved(vmstat, path));
+    write_text(path, "what\n");
+    assert_false(crash_starved(vmstat, path));
+    write_text(vmstat, "nothing of it\n");
+    assert_false(crash_starved(vmstat, path));
+    assert_false(crash_starved(CRASH_VMSTAT, path));
+    assert_int_equal(access(path, R_OK), 0); /* this kernel tells */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -303,6 +365,8 @@ int main(void)
         BENCH_TEST(lost_attempts_end_no_job),
         BENCH_TEST(three_crashes_end_a_job_and_no_other),
         BENCH_TEST(a_job_that_never_began_can_crash_too),
+        BENCH_TEST(want_of_memory_ends_a_job_in_the_end),
+        BENCH_TEST(the_kernel_tells_of_want_of_memory),
         BENCH_TEST(signals_leave_notes),
     };
 
