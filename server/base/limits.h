@@ -61,6 +61,7 @@ enum {
     LIMIT_CHECKPOINT_LOST_MS = 10000,      /* for less work lost the share may be exceeded: by a */
     LIMIT_CHECKPOINT_CREDIT_SHARE = 4,     /* part in so many of the time that a chunk will take, */
     LIMIT_CHECKPOINT_CREDIT_MS = 120000,   /* and of so long a time: the first ones make the file */
+    LIMIT_FINISHES_WAITING = 8,            /* of one owner, before more of its jobs are begun */
     LIMIT_CRASHES_MAX = 3,                 /* of the server by one job, which then has failed */
     LIMIT_STARVED_MAX = 5,                 /* attempts lost in a row, with nothing saved and the */
                                            /* kernel out of memory: the job has failed */
@@ -105,6 +106,7 @@ enum {
 /* Exact theory, in core seconds of a nominal machine, which are counted and not measured: what is
  * beyond is left out, the same everywhere. */
 #define LIMIT_THEORY_SECONDS_MAX 30.        /* of one job */
+#define LIMIT_THEORY_AT_ONCE_SECONDS .1     /* a longer one of a job is computed aside */
 #define LIMIT_THEORY_ANSWER_SECONDS_MAX 10. /* of one POST /v1/theory */
 #define LIMIT_THEORY_ANSWER_BYTES_MAX 16e6  /* its tables */
 #define LIMIT_THEORIES_BYTES_MAX 32e6       /* of all that are kept */

@@ -153,9 +153,9 @@ static bool work_on(struct queue *queue, struct owner *owner, bool jumps, struct
 {
     struct queued *entry = owner_entry(owner);
 
-    if (owner->waiting && !owner->head_known) {
+    if (owner_may_start(owner) && !owner->head_known) {
         start_ask(queue, owner);
-    } else if (owner->waiting && (!entry || owner->head.priority > entry->priority)) {
+    } else if (owner_may_start(owner) && (!entry || owner->head.priority > entry->priority)) {
         start_head(queue, owner);
     } else if (entry->resumes) {
         start_again(queue, entry);
@@ -189,6 +189,34 @@ bool queue_claim(struct queue *queue, struct task *task)
     return claimed;
 }
 
+void queue_put_off(struct queue *queue, struct task *task)
+{
+    struct queued *entry = task->entry;
+
+    pthread_mutex_lock(&queue->mutex);
+    entry->aside = true;
+    entry->pinned = false;
+    task->entry = NULL;
+    entry_release(queue, entry);
+    pthread_cond_broadcast(&queue->changed);
+    pthread_mutex_unlock(&queue->mutex);
+}
+
+bool queue_claim_finish(struct queue *queue, size_t threads, struct task *task)
+{
+    struct queued *entry = NULL;
+
+    pthread_mutex_lock(&queue->mutex);
+    while (!atomic_load(&queue->stopping) && !(entry = owner_finish(queue, threads)))
+        pthread_cond_wait(&queue->changed, &queue->mutex);
+    if (entry) {
+        entry_claim(entry, task); /* of all chunks: it needs no memory */
+        pthread_cond_broadcast(&queue->changed); /* another job may be begun */
+    }
+    pthread_mutex_unlock(&queue->mutex);
+    return entry != NULL;
+}
+
 void queue_done(struct queue *queue, struct task *task, bool *last)
 {
     struct queued *entry;
@@ -201,6 +229,7 @@ void queue_done(struct queue *queue, struct task *task, bool *last)
     else
         task->entry = NULL;
     entry_release(queue, entry);
+    pthread_cond_broadcast(&queue->changed); /* there may be room for finishing a job */
     pthread_mutex_unlock(&queue->mutex);
 }
 
@@ -213,6 +242,8 @@ void queue_forget(struct queue *queue, const char *id)
     if (entry) {
         entry->pinned = false;
         entry->ended = true;
+        if (entry->aside) /* another may be finished, or begun */
+            pthread_cond_broadcast(&queue->changed);
         entry_release(queue, entry);
     }
     pthread_mutex_unlock(&queue->mutex);
@@ -239,7 +270,7 @@ enum store_status queue_again(struct queue *queue, struct task *task, int64_t le
         entry->from = from;
         entry->to = expected > from + 1 ? expected : from + 1;
     }
-    entry->pinned = false;
+    entry->pinned = entry->aside = false;
     task->entry = NULL;
     entry_release(queue, entry);
     pthread_cond_broadcast(&queue->changed);

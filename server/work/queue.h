@@ -82,6 +82,16 @@ bool queue_claim(struct queue *queue, struct task *task);
 void queue_done(struct queue *queue, struct task *task, bool *last);
 void queue_forget(struct queue *queue, const char *id);
 
+/* In place of finishing a job that takes long, and of queue_forget: it waits for
+ * queue_claim_finish, and the task is no longer the caller's. */
+void queue_put_off(struct queue *queue, struct task *task);
+
+/* Waits for a job that was put off, as a task with chunk == QUEUE_FINISH; false when the queue is
+ * stopping. One at a time while there are chunks in motion, so that it takes a core's worth from
+ * others at most; else as many as there are `threads`, chunks included. An owner of whom many wait
+ * has no further jobs begun. */
+bool queue_claim_finish(struct queue *queue, size_t threads, struct task *task);
+
 /* In place of queue_forget: the job is not at its end, its next goal is one of at least `least`
  * chunks. expected (chunks, 0 = unknown): where the end will probably be, for the progress. On
  * failure the job is as it was before. */

@@ -44,6 +44,7 @@ struct queued {
     struct claim *claims;
     double spent, untold; /* core seconds in all attempts; of these, what is not in the store yet */
     bool pinned;          /* a worker is starting or finishing it */
+    bool aside;           /* it is finished aside, or is to be */
     bool ended;           /* forgotten or cancelled: to be freed as soon as nobody holds it */
     atomic_bool cancelled;
 };
@@ -117,6 +118,12 @@ struct owner *owner_choose(struct queue *queue, bool *jumps);
 /* Takes usage to the store. With the mutex held, and let go meanwhile. */
 void owner_save_usage(struct queue *queue);
 int64_t owner_now_ms(void);
+/* Whether another job of the owner's may be begun: there is one, as far as is known, and not too
+ * many wait to be finished. */
+bool owner_may_start(const struct owner *owner);
+/* The job to be finished aside next; NULL = none waits, or it is not the time: see
+ * queue_claim_finish. */
+struct queued *owner_finish(struct queue *queue, size_t threads);
 /* The job whose rest ends first; NULL = none rests. */
 struct queued *owner_resting(struct queue *queue);
 /* A clock that nobody sets. */

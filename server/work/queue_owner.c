@@ -82,7 +82,7 @@ static bool has_work(struct queued *entry)
         return false;
     if (entry->resumes)
         return !entry->pinned;
-    return entry->started && entry_next_chunk(entry) != entry->chunks;
+    return entry->started && !entry->aside && entry_next_chunk(entry) != entry->chunks;
 }
 
 struct queued *owner_entry(struct owner *owner)
@@ -104,13 +104,50 @@ static bool used_less(const struct owner *a, const struct owner *b, int64_t now_
     return usage_a != usage_b ? usage_a < usage_b : a->claims < b->claims;
 }
 
+static size_t count_aside(const struct owner *owner, bool in_motion)
+{
+    size_t count = 0;
+
+    for (const struct queued *entry = owner->first; entry; entry = entry->next)
+        count += entry->aside && !entry->ended && entry->pinned == in_motion;
+    return count;
+}
+
+bool owner_may_start(const struct owner *owner)
+{
+    return owner->waiting && count_aside(owner, false) < LIMIT_FINISHES_WAITING;
+}
+
+struct queued *owner_finish(struct queue *queue, size_t threads)
+{
+    struct owner *fair = NULL;
+    struct queued *best = NULL;
+    size_t moving = 0, finishing = 0;
+    int64_t now_ms = owner_now_ms();
+
+    for (struct owner *owner = queue->owners; owner; owner = owner->next) {
+        size_t own = count_aside(owner, true);
+
+        finishing += own;
+        moving += own + owner->claims;
+        if (count_aside(owner, false) > 0 && (!fair || used_less(owner, fair, now_ms)))
+            fair = owner;
+    }
+    if (!fair || (finishing > 0 && moving >= threads))
+        return NULL;
+    for (struct queued *entry = fair->first; entry; entry = entry->next)
+        if (entry->aside && !entry->pinned && !entry->ended && (!best || goes_before(entry, best)))
+            best = entry;
+    return best;
+}
+
 struct owner *owner_choose(struct queue *queue, bool *jumps)
 {
     struct owner *fair = NULL, *newcomer = NULL;
     int64_t now_ms = owner_now_ms();
 
     for (struct owner *owner = queue->owners; owner; owner = owner->next) {
-        if (!owner->waiting && !owner_entry(owner))
+        if (!owner_may_start(owner) && !owner_entry(owner))
             continue;
         if (!fair || used_less(owner, fair, now_ms))
             fair = owner;

@@ -425,7 +425,7 @@ static void *worker_main(void *context)
     struct task task;
 
     atomic_store(&worker->id, gettid());
-    while (work_take(worker->workers, &task)) {
+    while (work_take(worker, &task)) {
         atomic_store(&worker->seen_ns, work_now_ns());
         atomic_store(&worker->busy, true);
         crash_note(task.id, task.chunk);
@@ -447,13 +447,15 @@ struct workers *workers_start_lending(size_t count, struct queue *queue, struct 
                                       struct leases *leases)
 {
     struct workers *workers;
+    size_t all_threads = count + work_finishers(count);
     sigset_t all, kept;
     int code = 0;
 
     assert(count >= 1 && count <= LIMIT_WORKERS_MAX);
-    workers = calloc(1, sizeof *workers + count * sizeof workers->each[0]);
+    workers = calloc(1, sizeof *workers + all_threads * sizeof workers->each[0]);
     if (!workers)
         return NULL;
+    workers->aside = work_finishers(count);
     workers->queue = queue;
     workers->store = store;
     workers->crash_path = queue_crash_path(queue);
@@ -466,14 +468,15 @@ struct workers *workers_start_lending(size_t count, struct queue *queue, struct 
     sem_init(&workers->working, 0, LIMIT_LENDING_WORK);
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &kept);
-    while (code == 0 && workers->count < count) {
+    while (code == 0 && workers->count < all_threads) {
         struct worker *worker = &workers->each[workers->count];
 
         worker->workers = workers;
+        worker->aside = workers->count >= count;
         atomic_store(&worker->alive, true);
         code = pthread_create(&worker->thread, NULL, worker_main, worker);
         if (code == 0)
-            pthread_setname_np(worker->thread, "worker");
+            pthread_setname_np(worker->thread, worker->aside ? "finisher" : "worker");
         workers->count += code == 0;
     }
     pthread_sigmask(SIG_SETMASK, &kept, NULL);
@@ -518,7 +521,7 @@ void workers_count(const struct workers *workers, struct workers_counts *counts)
 {
     int64_t now = work_now_ns();
 
-    *counts = (struct workers_counts){.started = workers->count};
+    *counts = (struct workers_counts){.started = workers->count - workers->aside};
     for (size_t i = 0; i < workers->count; i++) {
         const struct worker *worker = &workers->each[i];
         int64_t silent_ms = (now - atomic_load(&worker->seen_ns)) / 1000000;
@@ -531,13 +534,13 @@ void workers_count(const struct workers *workers, struct workers_counts *counts)
         counts->rod_steps += (double)atomic_load(&worker->rod_steps);
         if (!atomic_load(&worker->alive))
             continue;
-        counts->alive++;
+        counts->alive += !worker->aside;
         if (pthread_getcpuclockid(worker->thread, &clock) == 0)
             clock_gettime(clock, &used);
         counts->core_seconds += (double)used.tv_sec + (double)used.tv_nsec * 1e-9;
         if (!atomic_load(&worker->busy))
             continue;
-        counts->busy++;
+        counts->busy += !worker->aside;
         if (silent_ms > counts->silent_ms)
             counts->silent_ms = silent_ms;
     }

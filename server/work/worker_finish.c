@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { KEPT_MAX = 32 };
 
@@ -389,6 +390,17 @@ static enum finish go_on(struct work *work, int64_t least, double expected)
     return FINISH_FAILED;
 }
 
+/* Whether the job's theory takes so long that a worker should go on with something else. */
+static bool takes_long(const struct work *work)
+{
+    struct bcd_theory_cost cost;
+    double factor =
+        calibration_factor(queue_calibration(work->workers->queue), CALIBRATION_THEORY, NULL);
+
+    bcd_theory_estimate(work->task->scene, BCD_THEORY_RING, LIMIT_THEORY_SECONDS_MAX, &cost);
+    return factor * cost.seconds > LIMIT_THEORY_AT_ONCE_SECONDS;
+}
+
 /* With all chunks up to the goal: enough, or more of them? */
 static enum finish conclude(struct work *work, const struct gathered *gathered)
 {
@@ -400,11 +412,23 @@ static enum finish conclude(struct work *work, const struct gathered *gathered)
     if (verdict->stop == BCD_STOP_NOT)
         return go_on(work, chunks + 1,
                      (double)chunks * verdict->expected / (double)verdict->realizations);
+    if (!work->worker->aside && takes_long(work)) {
+        work_tell_use(work);
+        queue_put_off(work->workers->queue, work->task);
+        return FINISH_AGAIN;
+    }
     work->error.code = make_results(work, gathered->whole, &results);
     if (work->error.code == BCD_OK && put_results(work, gathered, &results))
         finish = FINISH_ENDED;
     results_fini(&results);
     return finish;
+}
+
+size_t work_finishers(size_t count)
+{
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+
+    return cores < 1 ? 1 : count < (size_t)cores ? count : (size_t)cores;
 }
 
 enum finish work_finish(struct work *work)

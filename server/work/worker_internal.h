@@ -22,6 +22,7 @@ struct worker {
     struct workers *workers;
     pthread_t thread;
     atomic_int id; /* the kernel's; 0 = not started yet */
+    bool aside; /* it finishes jobs that were put off */
     atomic_bool alive, busy;
     atomic_int_least64_t seen_ns; /* when it last came by its clock */
     atomic_int_least64_t chunks, rod_steps;
@@ -38,7 +39,7 @@ struct workers {
     char *crash_path;
     struct leases *leases; /* NULL = chunks are run here, and nobody waits for the two: */
     sem_t taking, working;
-    size_t count;
+    size_t count, aside; /* threads; of these, the last ones, that finish jobs */
     struct worker each[];
 };
 
@@ -95,10 +96,10 @@ double work_rod_steps(const struct bcd_scene *scene); /* of one chunk */
 /* ------------------------------------------------------------- worker_lend.c */
 
 /* The next task; false = there will be none. */
-bool work_take(struct workers *workers, struct task *task);
+bool work_take(const struct worker *worker, struct task *task);
 
 /* Between these a task that was lent is worked at here; false = it is to stop, and nothing was
- * begun. Where nothing is lent they do nothing. */
+ * begun. Where nothing is lent, and for what was put off, they do nothing. */
 bool work_begin(struct work *work);
 void work_end(struct work *work);
 
@@ -136,9 +137,11 @@ void saving_end(struct work *work, bool ended);
 enum finish {
     FINISH_ENDED,  /* results are stored, or the job was cancelled, or the next start finishes it */
     FINISH_FAILED, /* work->error says why */
-    FINISH_AGAIN,  /* the queue has it back; the task is no longer ours */
+    FINISH_AGAIN,  /* the queue has it back, or it was put off; the task is no longer ours */
 };
 enum finish work_finish(struct work *work);
+/* Threads that finish what is put off, beside `count` that run chunks. */
+size_t work_finishers(size_t count);
 
 /* What the job stands on turned out damaged: logged and dropped. */
 void work_drop_base(struct work *work, const struct family_sample *base);

@@ -20,7 +20,7 @@ bool work_begin(struct work *work)
     struct workers *workers = work->workers;
     struct timespec until;
 
-    if (!workers->leases)
+    if (!workers->leases || work->worker->aside)
         return true;
     do {
         if (work_should_stop(work))
@@ -34,14 +34,19 @@ bool work_begin(struct work *work)
 
 void work_end(struct work *work)
 {
-    if (work->workers->leases)
+    if (work->workers->leases && !work->worker->aside)
         sem_post(&work->workers->working);
 }
 
-bool work_take(struct workers *workers, struct task *task)
+/* What others run is not in the way of what is finished here. */
+bool work_take(const struct worker *worker, struct task *task)
 {
+    struct workers *workers = worker->workers;
     bool taken;
 
+    if (worker->aside)
+        return queue_claim_finish(workers->queue, workers->leases ? SIZE_MAX : workers->aside,
+                                  task);
     if (!workers->leases)
         return queue_claim(workers->queue, task);
     while (sem_wait(&workers->taking) != 0) /* a signal, as debuggers send them */

@@ -3,7 +3,7 @@
 # Exact references over HTTP and on the command line: one document; and beside results.
 # Alone: it measures answers during a long theory.
 . "$(dirname "$0")/_lib.sh"
-daemon_start "$T/data" --workers 2
+daemon_start "$T/data" --workers 1
 
 job() { # $1 = further members
     printf '{"particles":8,"length":10,"diameter":0.8,"time":1,"time_step":0.001,%s' "$1"
@@ -101,18 +101,24 @@ ask POST /v1/estimate --data-binary "@$T/slow"
 check "the estimate knows of it" holds '.theory_core_seconds > 5 and .core_seconds > 5'
 post "$T/slow"
 check "a job comes to its theory" sh -c 'sleep 1.5; curl -sS "$1/v1/jobs/$2" | jq -e ".progress == 1"' - "$URL" "$ID"
-ask DELETE "/v1/jobs/$ID"
+LONG=$ID
+job '"seed":76,' >"$T/job"
+post "$T/job"
+check "which takes no worker from others" until_state "$ID" done 20
+ask GET "/v1/jobs/$LONG"
+check "and is not at its end yet" holds '.state == "running" and .progress == 1'
+ask DELETE "/v1/jobs/$LONG"
 check "it is cancelled there" holds '.state == "cancelled"'
 job '"seed":77,' >"$T/job"
 post "$T/job"
-check "and its worker does something else" until_state "$ID" done 5
+check "and others go on" until_state "$ID" done 20
 sed 's/"time":0.01/"time":0.02/' "$T/slow" >"$T/again"
 post "$T/again"
 sleep 1
 before=$(date +%s%3N)
 daemon_end TERM
 check "SIGTERM ends the daemon in the middle of a theory" test "$EXIT" = 0 -a "$(elapsed "$before")" -lt 3000
-daemon_start "$T/data" --workers 2
+daemon_start "$T/data" --workers 1
 check "the job is there as before" test "$(curl -sS "$URL/v1/jobs/$ID" | jq -r .state)" = running
 ask DELETE "/v1/jobs/$ID"
 

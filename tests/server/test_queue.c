@@ -2,6 +2,7 @@
  * test_queue.c - queue.h against what it promises: order, release, cancel, recovery, threads. */
 #include "job_bench.h"
 
+#include "limits.h"
 #include "store_results.h"
 #include "support/experiment.h"
 
@@ -198,6 +199,115 @@ static void the_same_job_is_taken_once(void **state)
     assert_done(queue, &task, true);
     queue_forget(queue, id);
     assert_nothing_left(queue, id);
+}
+
+/* ------------------------------------------------------------------------ aside */
+
+/* A job of one chunk that a worker has run and put off. */
+static void put_off(struct store *store, struct queue *queue, const char *owner, int seed,
+                    char id[JOB_ID_SIZE])
+{
+    struct ticket ticket = {0};
+    struct task task;
+
+    snprintf(ticket.owner, sizeof ticket.owner, "%s", owner);
+    job_bench_submit_as(store, queue, job_bench_scene(1, seed), &ticket, id);
+    assert_claim(queue, &task, id, 0);
+    assert_done(queue, &task, true);
+    queue_put_off(queue, &task);
+    assert_null(task.entry);
+    assert_float_equal(queue_progress(queue, id), 1.0, 0.0);
+}
+
+static void assert_finish(struct queue *queue, size_t threads, struct task *task, const char *id)
+{
+    assert_true(queue_claim_finish(queue, threads, task));
+    assert_string_equal(task->id, id);
+    assert_int_equal(task->chunk, QUEUE_FINISH);
+}
+
+static void *finish_one(void *context)
+{
+    struct task task;
+
+    return queue_claim_finish(context, 2, &task) ? context : NULL;
+}
+
+/* One at a time beside chunks, as many as there are threads without them; workers go on. */
+static void what_is_put_off_is_finished_aside(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct queue *queue = make_queue(store);
+    char a[JOB_ID_SIZE], b[JOB_ID_SIZE], c[JOB_ID_SIZE], d[JOB_ID_SIZE];
+    struct task task[3], chunk;
+    pthread_t waiting;
+    void *result = NULL;
+
+    put_off(store, queue, "eve", 1, a);
+    put_off(store, queue, "eve", 2, b);
+    put_off(store, queue, "eve", 3, c);
+    assert_finish(queue, 2, &task[0], a);
+    assert_finish(queue, 2, &task[1], b);
+    job_bench_submit(store, queue, job_bench_scene(1, 4), d);
+    assert_claim(queue, &chunk, d, 0);
+    queue_forget(queue, a);
+    assert_int_equal(pthread_create(&waiting, NULL, finish_one, queue), 0);
+    job_bench_nap(50);
+    assert_true(queue_progress(queue, c) >= 0); /* it waits: one and a chunk are all */
+    cancel(store, queue, b);
+    assert_true(atomic_load(task[1].cancelled));
+    queue_forget(queue, b); /* there is none beside the chunk any more */
+    pthread_join(waiting, &result);
+    assert_non_null(result);
+    queue_forget(queue, c);
+    assert_done(queue, &chunk, true);
+    queue_forget(queue, d);
+    assert_nothing_left(queue, c);
+}
+
+/* Nor is it begun when it was cancelled, or the queue stops. */
+static void what_is_put_off_can_be_cancelled(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct queue *queue = make_queue(store);
+    char a[JOB_ID_SIZE], b[JOB_ID_SIZE];
+    struct task task;
+
+    put_off(store, queue, "eve", 1, a);
+    put_off(store, queue, "eve", 2, b);
+    cancel(store, queue, a);
+    assert_true(queue_progress(queue, a) < 0);
+    assert_finish(queue, 1, &task, b);
+    cancel(store, queue, b);
+    queue_forget(queue, b);
+    queue_stop(queue);
+    assert_false(queue_claim_finish(queue, 1, &task));
+    queue_free(queue);
+}
+
+/* Of whom many wait no further jobs are begun; others go on. */
+static void no_more_are_begun_than_can_be_finished(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct queue *queue = make_queue(store);
+    char id[LIMIT_FINISHES_WAITING][JOB_ID_SIZE], more[JOB_ID_SIZE], his[JOB_ID_SIZE];
+    struct ticket eve = {.owner = "eve"}, adam = {.owner = "adam"};
+    struct task task;
+
+    for (int i = 0; i < LIMIT_FINISHES_WAITING; i++)
+        put_off(store, queue, "eve", i + 1, id[i]);
+    job_bench_submit_as(store, queue, job_bench_scene(1, 100), &eve, more);
+    job_bench_submit_as(store, queue, job_bench_scene(1, 101), &adam, his);
+    assert_claim(queue, &task, his, 0);
+    assert_done(queue, &task, true);
+    queue_forget(queue, his);
+    assert_int_equal(bench_state(store, more), JOB_QUEUED);
+    assert_finish(queue, 1, &task, id[0]); /* one of hers is in motion: there is room */
+    queue_forget(queue, id[0]);
+    assert_claim(queue, &task, more, 0);
+    queue_stop(queue);
+    queue_release(queue, &task);
+    queue_free(queue);
 }
 
 /* --------------------------------------------------------------------- recovery */
@@ -452,6 +562,9 @@ int main(void)
         BENCH_TEST(a_job_cancelled_in_the_store_never_starts),
         BENCH_TEST(the_same_job_is_taken_once),
         BENCH_TEST(recovery_goes_on_where_the_store_is),
+        BENCH_TEST(what_is_put_off_is_finished_aside),
+        BENCH_TEST(what_is_put_off_can_be_cancelled),
+        BENCH_TEST(no_more_are_begun_than_can_be_finished),
         BENCH_TEST(a_recovered_job_is_cancelled_before_its_turn),
         BENCH_TEST(recovery_fails_what_it_cannot_run),
         BENCH_TEST(stopping_wakes_who_waits),
