@@ -25,6 +25,17 @@ static double pairs_ns(const struct plan *plan)
     return each * fmin(fmax(pairs, 1), (double)plan->particles);
 }
 
+/* Per rod: places that it moves by insertion, but no more than sorting by merging takes. */
+static double sort_ns(const struct plan *plan)
+{
+    const double place = 3.2, pass = 12;
+    const double rods = (double)plan->particles, gap = plan->free_length / rods;
+    if (!plan->method->sorts || !(gap > 0) || rods < 2)
+        return 0;
+    double gaps = sqrt(2 * plan->diffusion * plan->time_step) / gap;
+    return fmin(place * gaps, pass * log2(rods));
+}
+
 /* Per step: the rods, what acts on them, a fixed part for calls and loop starts; then the looks.
  * Rough on purpose: whoever wants to know better compares it with what runs have taken. */
 static double nominal_ns(const struct bcd_scene *scene, double rod_steps)
@@ -33,8 +44,8 @@ static double nominal_ns(const struct bcd_scene *scene, double rod_steps)
     const struct plan *plan = &scene->plan;
     const struct scene_part *part;
     double per_rod = plan->method->step_ns * 1.4 * (plan->field ? 1 : without_field) +
-                     field_ns(plan) + pairs_ns(plan) + 60 / (double)plan->particles +
-                     plan->sample_ns / (double)plan->sample_steps;
+                     field_ns(plan) + pairs_ns(plan) + sort_ns(plan) +
+                     60 / (double)plan->particles + plan->sample_ns / (double)plan->sample_steps;
     for (size_t i = 0; (part = scene_observable(scene, i)) != NULL; i++) {
         const struct observable_type *type = scene_observable_type(part);
         per_rod += type->step_ns ? type->step_ns(part->group.values, plan) : 0;

@@ -130,6 +130,7 @@ struct method_type {
     double order;             /* weak order in the time step at contacts: errors fall as h^order */
     double step_ns; /* rough cost of one rod and step, for estimates and sampling intervals */
     double view_ns; /* the same of both views together */
+    bool sorts;     /* ring_sort.h: takes longer where noise carries rods past many others */
     /* Why it cannot run this plan; NULL = it can. A NULL slot: it can run all. */
     const char *(*cannot)(const struct plan *plan);
     /* Does it give the exact law here at any time step, of motion or (not dynamic) of positions in

@@ -63,6 +63,7 @@ const struct method_type method_elastic = {
     .lanes = true,
     .order = 1,
     .step_ns = 5,
+    .sorts = true,
     .cannot = elastic_cannot,
     .exact = elastic_exact,
     .time_step = elastic_time_step,

@@ -126,6 +126,7 @@ const struct method_type method_lm = {
     .lanes = true,
     .order = 1.5,
     .step_ns = 5,
+    .sorts = true,
     .cannot = lm_cannot,
     .exact = lm_exact,
     .time_step = lm_time_step,

@@ -172,6 +172,7 @@ const struct method_type method_strang = {
     .order = 1.5,
     .step_ns = 8,
     .view_ns = 12,
+    .sorts = true,
     .exact = strang_exact,
     .time_step = strang_time_step,
     .layout = strang_layout,

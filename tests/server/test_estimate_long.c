@@ -103,7 +103,7 @@ static void add_forces(struct result *results, size_t *count)
         const char *name, *rest;
     } scenes[] = {
         {"formula", RODS ENERGY ",\"potential\":{\"type\":\"expression\",\"period\":1,"
-                         "\"energy\":\"3*cos(2*pi*x)\"}"},
+                                "\"energy\":\"3*cos(2*pi*x)\"}"},
         {"formula, long",
          RODS ENERGY ",\"potential\":{\"type\":\"expression\",\"period\":1,\"energy\":"
                      "\"3*cos(2*pi*x)+exp(sin(2*pi*x))+tanh(cos(4*pi*x))+log(2+sin(2*pi*x))"
@@ -112,21 +112,21 @@ static void add_forces(struct result *results, size_t *count)
                          ",\"potential\":{\"type\":\"expression\",\"period\":1,"
                          "\"energy\":\"3*cos(2*pi*x)+exp(sin(2*pi*x))\"}"},
         {"fourier", RODS ENERGY ",\"potential\":{\"type\":\"fourier\",\"cosine\":[3,1,0.5,0.2,0.1],"
-                         "\"sine\":[1,0.5,0.3]}"},
+                                "\"sine\":[1,0.5,0.3]}"},
         {"table", RODS ENERGY ",\"potential\":{\"type\":\"table\",\"period\":1,"
-                       "\"values\":[0,1,2,3,3,2,1,0]}"},
+                              "\"values\":[0,1,2,3,3,2,1,0]}"},
         {"yukawa", RODS ENERGY ",\"interaction\":{\"type\":\"yukawa\",\"strength\":1,"
-                        "\"screening\":2,\"cutoff\":1.5}"},
+                               "\"screening\":2,\"cutoff\":1.5}"},
         {"yukawa, far", RODS ENERGY ",\"interaction\":{\"type\":\"yukawa\",\"strength\":1,"
-                             "\"screening\":0.2,\"cutoff\":20}"},
+                                    "\"screening\":0.2,\"cutoff\":20}"},
         {"power", RODS ENERGY ",\"interaction\":{\"type\":\"power\",\"strength\":1,"
-                       "\"exponent\":3,\"cutoff\":2.5}"},
+                              "\"exponent\":3,\"cutoff\":2.5}"},
         {"pair formula", RODS ENERGY ",\"interaction\":{\"type\":\"expression\","
-                              "\"energy\":\"2*exp(-r)/r\",\"cutoff\":2.5}"},
+                                     "\"energy\":\"2*exp(-r)/r\",\"cutoff\":2.5}"},
         {"pair table", RODS ENERGY ",\"interaction\":{\"type\":\"table\",\"first\":0.5,"
-                            "\"last\":2,\"values\":[3,2,1,0.5,0.2,0]}"},
+                                   "\"last\":2,\"values\":[3,2,1,0.5,0.2,0]}"},
         {"sticky", RODS ENERGY ",\"interaction\":{\"type\":\"sticky\",\"strength\":1,"
-                        "\"range\":0.2,\"exponent\":3}"},
+                               "\"range\":0.2,\"exponent\":3}"},
         {"contact force", RODS ",\"observables\":{\"contact_force\":{},\"pair_distribution\":"
                                "{\"bins\":100,\"last\":5}}"},
         {"pairs", RODS ",\"observables\":{\"pair_distribution\":{\"bins\":100,\"last\":5}}"},
@@ -137,10 +137,12 @@ static void add_forces(struct result *results, size_t *count)
                       ",\"observables\":{\"msd\":{\"first\":0.001,\"last\":100,"
                       "\"points\":200}}"},
         {"walls", RODS ENERGY ",\"boundary\":\"walls\",\"potential\":{\"type\":\"cosine\","
-                       "\"amplitude\":6}"},
+                              "\"amplitude\":6}"},
         {"equilibrium", "\"particles\":2000,\"length\":4000,\"diameter\":0.5,\"time_step\":0.0005,"
                         "\"time\":0.5,\"initial\":\"equilibrium\"" ENERGY},
         {"trajectory", RODS ",\"observables\":{\"trajectory\":{\"every\":10,\"rods\":10}}"},
+        {"far lags", "\"particles\":1000,\"length\":1000,\"time_step\":50000,\"time\":1e9,"
+                     "\"observables\":{\"msd\":{\"first\":50000,\"last\":1e8,\"points\":9}}"},
         {"clusters", RODS ",\"observables\":{\"cluster_sizes\":{}}"},
     };
     char text[2048], name[80];
