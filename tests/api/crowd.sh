@@ -7,7 +7,7 @@
 crowd_daemon 64 2
 crowd_sweep 1000 250 4
 crowd_sweep 50000 20 64
-crowd_work --workers 50 --seconds 60 --work 500 --gone 30 --late 30 --twice 30 --broken 20
+crowd_work --workers 50 --seconds 150 --work 500 --gone 30 --late 30 --twice 30 --broken 20
 crowd_ledger
 check "of each kind there were some" says '.gone > 0 and .late > 0 and .doubled > 0 and .broken > 0'
 check "jobs have the bits of one machine" same_bits 1007 4
