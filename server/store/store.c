@@ -10,6 +10,7 @@
 #include "store_incoming.h"
 #include "store_internal.h"
 #include "store_segment.h"
+#include "store_sweeps.h"
 
 #include "log.h"
 #include "migrations.inc"
@@ -423,7 +424,11 @@ const struct store_schema *store_schema(void)
 
 enum store_status store_open(struct store **store, const char *dir, char *reason, size_t size)
 {
-    return store_open_schema(store, dir, store_schema(), reason, size);
+    enum store_status status = store_open_schema(store, dir, store_schema(), reason, size);
+
+    if (status == STORE_OK)
+        store_sweeps_resume(*store); /* if it cannot, the log says so, and the next start goes on */
+    return status;
 }
 
 /* Readers first: the last connection to close checkpoints, and that must be the writer. */

@@ -117,6 +117,13 @@ enum store_status store_group_commit(struct store *store);
 /* COMMIT; a large one leaves the log as long as it is. */
 enum store_status store_commit(struct store *store);
 
+/* Between two of many transactions, so that others come to write, too. */
+void store_let_others(void);
+
+/* The transaction in progress moved jobs without triggers: who listens is told that there was
+ * more than he is told. */
+void store_watch_unseen(struct store *store);
+
 /* The moves of the transaction that just ended, for store_watch_tell after write_mutex was let go;
  * they are forgotten in the store. */
 void store_watch_take(struct store *store, bool committed, struct watch *taken);

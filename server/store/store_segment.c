@@ -357,6 +357,19 @@ static enum store_status read_column(sqlite3 *db, int64_t key, int64_t segment,
     return stmt_fini(&row);
 }
 
+/* The column is written as it is now, with the news that were read into it. */
+static enum store_status write_folded(sqlite3 *db, int64_t key, int64_t segment,
+                                      const struct overlaid *overlaid)
+{
+    enum store_status status = write_column(db, column_id(key, segment), overlaid->column);
+    struct stmt row;
+
+    if (status || overlaid->news == 0)
+        return status;
+    row = news_of(db, "DELETE" OF_NEWS, key, segment);
+    return stmt_run(&row, NULL);
+}
+
 /* News move into their column. */
 static enum store_status fold(sqlite3 *db, int64_t key, int64_t segment, struct column *column)
 {
@@ -364,12 +377,7 @@ static enum store_status fold(sqlite3 *db, int64_t key, int64_t segment, struct 
     enum store_status status = read_column(db, key, segment, &overlaid);
 
     if (status == STORE_OK && overlaid.news > 0)
-        status = write_column(db, column_id(key, segment), column);
-    if (status == STORE_OK && overlaid.news > 0) {
-        struct stmt row = news_of(db, "DELETE" OF_NEWS, key, segment);
-
-        status = stmt_run(&row, NULL);
-    }
+        status = write_folded(db, key, segment, &overlaid);
     overlaid_fini(&overlaid);
     return status;
 }
@@ -505,5 +513,53 @@ enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last)
     for (int64_t segment = first >> SEGMENT_BITS;
          segment <= last >> SEGMENT_BITS && status == STORE_OK; segment++)
         status = settle_one(db, segment);
+    return status;
+}
+
+/* The states of a sealed segment, with a NUL; "" = it is not sealed. */
+static enum store_status read_states(sqlite3 *db, int64_t segment, char states[SEGMENT_JOBS + 1])
+{
+    struct stmt row = stmt_init(db, "SELECT states FROM job_segments WHERE segment = :segment");
+
+    states[0] = '\0';
+    stmt_bind_integer(&row, ":segment", segment);
+    if (stmt_step(&row))
+        stmt_text_to(&row, 0, states, SEGMENT_JOBS + 1);
+    return stmt_fini(&row);
+}
+
+static enum store_status write_states(sqlite3 *db, int64_t segment, const char *states)
+{
+    struct stmt row =
+        stmt_init(db, "UPDATE job_segments SET states = :states WHERE segment = :segment");
+
+    stmt_bind_text(&row, ":states", states);
+    stmt_bind_integer(&row, ":segment", segment);
+    return stmt_run(&row, NULL);
+}
+
+enum store_status store_segment_cancelled(sqlite3 *db, const int64_t *seqs, size_t count,
+                                          int64_t finished_ms)
+{
+    int64_t segment = seqs[0] >> SEGMENT_BITS;
+    const struct scalar finished = scalar_integer(finished_ms);
+    struct overlaid overlaid = {.column = malloc(sizeof *overlaid.column)};
+    char states[SEGMENT_JOBS + 1];
+    enum store_status status = overlaid.column ? read_states(db, segment, states)
+                                               : store_fault(db, SQLITE_NOMEM, "cancel jobs");
+
+    if (status == STORE_OK && states[0]) {
+        for (size_t i = 0; i < count; i++)
+            states[seqs[i] % SEGMENT_JOBS] = 'c';
+        status = write_states(db, segment, states);
+        if (status == STORE_OK)
+            status = read_column(db, KEY_FINISHED, segment, &overlaid);
+        for (size_t i = 0; i < count && status == STORE_OK; i++)
+            column_put(overlaid.column, (size_t)seqs[i] % SEGMENT_JOBS, &finished);
+        if (status == STORE_OK)
+            status = write_folded(db, KEY_FINISHED, segment, &overlaid);
+    }
+    overlaid_fini(&overlaid);
+    free(overlaid.column);
     return status;
 }

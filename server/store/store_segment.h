@@ -22,6 +22,11 @@ enum store_status store_segment_inserted(sqlite3 *db, int64_t seq);
  * columns. */
 enum store_status store_segment_settle(sqlite3 *db, int64_t first, int64_t last);
 
+/* Jobs of one segment, in order, were cancelled at once without triggers: what these would have
+ * noted. */
+enum store_status store_segment_cancelled(sqlite3 *db, const int64_t *seqs, size_t count,
+                                          int64_t finished_ms);
+
 /* News of a sealed segment move into its columns: times, results, outcomes. */
 enum store_status store_segment_fold(sqlite3 *db, int64_t segment);
 

@@ -62,7 +62,7 @@ static void checkpoint(struct store *store)
 }
 
 /* A mutex knows no turns: who lets go of it and takes it again at once leaves it to nobody. */
-static void let_others(void)
+void store_let_others(void)
 {
     nanosleep(&(const struct timespec){.tv_nsec = 1000000}, NULL);
 }
@@ -72,7 +72,7 @@ bool store_settle(struct store *store)
     if (!atomic_exchange(&store->unsettled, false))
         return false;
     do
-        let_others();
+        store_let_others();
     while (seal_next(store));
     checkpoint(store);
     return true;

@@ -7,10 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* For 10^5 jobs at once triggers, CHECKs and references are most of the work. While the keeper
- * lives they rest: what it binds is made by this program, and what triggers on the insertion of
- * jobs keep up to date is done in one go: book. Cannot fail but for our own mistake. */
-static void rest(sqlite3 *db, bool rest)
+/* For 10^5 jobs at once triggers, CHECKs and references are most of the work. While they rest, what
+ * is bound is made by this program, and what triggers on jobs keep up to date is done in one go:
+ * book. Cannot fail but for our own mistake. */
+void store_rest(sqlite3 *db, bool rest)
 {
     sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, !rest, (int *)NULL);
     sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_FKEY, !rest, (int *)NULL);
@@ -45,7 +45,7 @@ enum store_status keeper_init(struct keeper *keeper, sqlite3 *db, int64_t sweep,
 {
     enum store_status status;
 
-    rest(db, true); /* before they become part of the statements */
+    store_rest(db, true); /* before they become part of the statements */
     *keeper = (struct keeper){
         .db = db,
         .ticket = ticket,
@@ -77,7 +77,7 @@ enum store_status keeper_fini(struct keeper *keeper, enum store_status status)
         status = status ? status : ends[i];
     free(keeper->rows);
     keeper->rows = NULL;
-    rest(keeper->db, false);
+    store_rest(keeper->db, false);
     return status;
 }
 

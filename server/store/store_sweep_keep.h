@@ -44,4 +44,7 @@ enum store_status keeper_end(const struct keeper *keeper, struct quota_need *nee
  * store_settle. */
 enum { KEEP_LARGE = 4096 };
 
+/* Triggers, CHECKs and foreign keys of the writing connection rest; statements come after it. */
+void store_rest(sqlite3 *db, bool rest);
+
 #endif

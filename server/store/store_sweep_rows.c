@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * store_sweep_rows.c - sweeps are looked at and cancelled; see store_sweeps.h. */
-#include "store_segment.h"
-#include "store_sweep_keep.h"
+ * store_sweep_rows.c - sweeps are looked at; see store_sweeps.h. */
 #include "store_sweeps_internal.h"
 
 #include <stdio.h>
@@ -206,107 +204,5 @@ enum store_status store_sweeps_points(struct store *store, int64_t sweep, int64_
     }
     *points = list;
     *count = used;
-    return STORE_OK;
-}
-
-/* --------------------------------------------------------------------- cancel */
-
-/* Of the sweep :sweep, those that nobody else wants. */
-#define UNWANTED                                                                                   \
-    " alone = 0 AND seq IN (SELECT job FROM sweep_points WHERE sweep = :sweep)"                    \
-    " AND NOT EXISTS (SELECT 1 FROM sweep_points AS p JOIN sweeps AS s ON s.seq = p.sweep"         \
-    " WHERE p.job = jobs.seq AND p.sweep <> :sweep AND s.cancelled_ms IS NULL)"
-
-static enum store_status mark_cancelled(sqlite3 *db, int64_t seq)
-{
-    struct stmt row = stmt_init(db, "UPDATE sweeps SET cancelled_ms = :now WHERE seq = :seq");
-
-    stmt_bind_integer(&row, ":now", store_now_ms());
-    stmt_bind_integer(&row, ":seq", seq);
-    return stmt_run(&row, NULL);
-}
-
-static enum store_status running_jobs(sqlite3 *db, int64_t sweep, char (**ids)[JOB_ID_SIZE],
-                                      size_t *count)
-{
-    struct stmt row = stmt_init(db, "SELECT id FROM jobs WHERE state = 'running' AND" UNWANTED);
-    char(*list)[JOB_ID_SIZE] = NULL;
-    size_t used = 0;
-
-    stmt_bind_integer(&row, ":sweep", sweep);
-    while (stmt_step(&row)) {
-        list = stmt_room(&row, list, used, sizeof *list);
-        if (!row.status)
-            stmt_text_to(&row, 0, list[used++], sizeof *list);
-    }
-    *ids = list;
-    *count = used;
-    return stmt_fini(&row);
-}
-
-/* Those that wait have nothing to be dropped but themselves. */
-static enum store_status cancel_queued(sqlite3 *db, int64_t sweep)
-{
-    struct stmt row = stmt_init(db, "UPDATE jobs SET state = 'cancelled', finished_ms = :now"
-                                    " WHERE state = 'queued' AND" UNWANTED);
-
-    stmt_bind_integer(&row, ":now", store_now_ms());
-    stmt_bind_integer(&row, ":sweep", sweep);
-    return stmt_run(&row, NULL);
-}
-
-static enum store_status settle(sqlite3 *db, int64_t sweep)
-{
-    struct stmt row = stmt_init(db, "SELECT min(job), max(job) FROM sweep_points"
-                                    " WHERE sweep = :sweep");
-    int64_t first = 0, last = -1;
-
-    stmt_bind_integer(&row, ":sweep", sweep);
-    if (stmt_step(&row)) {
-        first = stmt_integer(&row, 0);
-        last = stmt_integer(&row, 1);
-    }
-    return stmt_fini(&row) ? row.status : store_segment_settle(db, first, last);
-}
-
-enum store_status store_sweeps_cancel(struct store *store, const char *id,
-                                      const struct identity *by, char (**running)[JOB_ID_SIZE],
-                                      size_t *count)
-{
-    struct sweep_record found = {0};
-    char(*ids)[JOB_ID_SIZE] = NULL;
-    size_t ran = 0;
-    bool large = false;
-    sqlite3 *db;
-    enum store_status status = STORE_BEGIN(store, &db);
-
-    if (status)
-        return status;
-    status = store_sweeps_find_alive(db, id, &found);
-    large = status == STORE_OK && found.points >= KEEP_LARGE;
-    if (large)
-        store_large_begin(store);
-    if (status == STORE_OK)
-        status = mark_cancelled(db, found.seq);
-    if (status == STORE_OK)
-        status = running_jobs(db, found.seq, &ids, &ran);
-    for (size_t i = 0; i < ran && status == STORE_OK; i++)
-        status = store_jobs_move(db, ids[i], JOB_CANCELLED, NULL);
-    if (status == STORE_OK)
-        status = cancel_queued(db, found.seq);
-    if (status == STORE_OK)
-        status = settle(db, found.seq);
-    if (status == STORE_OK)
-        status = store_sweeps_audit(db, by, "sweep.cancel", &found, found.points);
-    status = store_end(store, status);
-    if (large)
-        store_large_end(store);
-    sweep_record_fini(&found);
-    if (status) {
-        free(ids);
-        return status;
-    }
-    *running = ids;
-    *count = ran;
     return STORE_OK;
 }

@@ -79,10 +79,14 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
 
 /* Cancels the sweep and those of its jobs that have not ended and that nobody else wants: no other
  * sweep that was not cancelled, no one who submitted the job by itself. *running: ids of those that
- * ran, malloc'ed. STORE_CONFLICT when it was cancelled before. */
+ * ran, malloc'ed. STORE_CONFLICT when it was cancelled before, and all of its jobs were, too: they
+ * are by the thousands, in transactions of their own after that of the sweep. */
 enum store_status store_sweeps_cancel(struct store *store, const char *id,
                                       const struct identity *by, char (**running)[JOB_ID_SIZE],
                                       size_t *count);
+
+/* Cancels what was to be cancelled with a sweep when the server ended: at the start. */
+enum store_status store_sweeps_resume(struct store *store);
 
 /* A page of points, in order, beginning with `first`, at most `limit`: fewer = there are no more.
  * With the table of one observable where the job has it (else NULL, 0). */

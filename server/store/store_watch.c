@@ -63,6 +63,11 @@ void store_watch_take(struct store *store, bool committed, struct watch *taken)
     watch->more = false;
 }
 
+void store_watch_unseen(struct store *store)
+{
+    store->watch.more = true;
+}
+
 void store_watch_tell(const struct watch *taken)
 {
     if (taken->watcher)
