@@ -24,9 +24,9 @@ static size_t cores(void);
 const char *config_usage(void)
 {
     return "usage: bcdd --data DIR [--listen HOST:PORT] [--workers N] [--auth MODE]\n"
-           "            [--backend local|workers|slurm] [--slurm FILE] [--lease SECONDS]\n"
-           "            [--host-name NAME] [--log all|changes] [--nice N] [--memory BYTES]\n"
-           "            [--overrun-factor K] [--overrun-seconds S]\n"
+           "            [--backend local|workers|slurm] [--slurm FILE] [--share DIR]\n"
+           "            [--lease SECONDS] [--host-name NAME] [--log all|changes] [--nice N]\n"
+           "            [--memory BYTES] [--overrun-factor K] [--overrun-seconds S]\n"
            "       bcdd token create|list|revoke --help\n"
            "Brownian cluster dynamics as a service: jobs in over HTTP, results out.\n"
            "\n"
@@ -38,6 +38,7 @@ const char *config_usage(void)
            "  --backend WHERE     where jobs are run: local, here; workers: by bcd worker,\n"
            "                      anywhere; slurm: the same, started by Slurm\n"
            "  --slurm FILE        how Slurm is to start them; slurm.conf.example tells\n"
+           "  --share DIR         workers and daemon meet in this directory, not over HTTP\n"
            "  --lease SECONDS     who runs a chunk elsewhere is heard of this often, or somebody\n"
            "                      else gets it: 2..3600 (30)\n"
            "  --nice N            how far they give way to requests and other programs: 0..19 (5)\n"
@@ -113,6 +114,10 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
         snprintf(reason, size, "--backend slurm and --slurm FILE belong together");
         return CONFIG_WRONG;
     }
+    if (config->share && config->backend == BACKEND_LOCAL) {
+        snprintf(reason, size, "--share is for --backend workers or slurm");
+        return CONFIG_WRONG;
+    }
     if (config->data && config->data[0])
         return CONFIG_RUN;
     snprintf(reason, size, "--data DIR is needed: the place for jobs and results");
@@ -158,6 +163,10 @@ static bool backend_option(char *const **argument, struct config *config, char *
     }
     if ((value = option_value("--slurm", argument))) {
         config->slurm = value;
+        return true;
+    }
+    if ((value = option_value("--share", argument))) {
+        config->share = value;
         return true;
     }
     if (!(value = option_value("--lease", argument)))

@@ -24,6 +24,7 @@ struct config {
     size_t workers;   /* threads, or chunks that are lent at a time */
     enum backend backend;
     const char *slurm; /* file that says how; borrowed from argv */
+    const char *share; /* directory for workers that cannot reach the daemon; NULL = none */
     int64_t lease_ms;  /* a worker elsewhere that was not heard of for so long has lost its chunk */
     int nice;          /* what is added to theirs */
     bool log_reads; /* a line in the log for each request, not only for those that change or fail */

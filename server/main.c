@@ -17,6 +17,7 @@
 #include "metrics.h"
 #include "notify.h"
 #include "routes.h"
+#include "share.h"
 #include "slurm.h"
 #include "stream_counts.h"
 #include "token.h"
@@ -32,12 +33,18 @@
 
 enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 8192 };
 
+/* What brings chunks to other machines, if anything does. */
+struct elsewhere {
+    struct share *share;
+    struct slurm *slurm;
+};
+
 static int serve(const struct config *config);
 static bool start_threads(const struct config *config, struct service *service, char *reason,
                           size_t size);
 static bool begin_queue(struct service *service, const struct job_limits *limits);
-static struct slurm *start_pilots(const struct config *config, const struct service *service,
-                                  char *reason, size_t size);
+static bool start_elsewhere(const struct config *config, struct elsewhere *elsewhere,
+                            struct service *service, char *reason, size_t size);
 static void announce(const struct config *config, uint16_t port);
 static void observe(void *context, const struct http_done *done);
 static void wake(void *http);
@@ -77,12 +84,10 @@ static int serve(const struct config *config)
     struct metrics metrics = {.started_s = time(NULL)};
     struct stream_counts streams = STREAM_COUNTS_INIT;
     struct description description = {0};
-    struct service service = {.backup = &backup,
-                              .metrics = &metrics,
-                              .streams = &streams,
-                              .description = &description};
+    struct service service = {
+        .backup = &backup, .metrics = &metrics, .streams = &streams, .description = &description};
     struct http *http = NULL;
-    struct slurm *slurm = NULL;
+    struct elsewhere elsewhere = {0};
     char reason[512] = "the store or the queue cannot be started, the log says why";
     int result = EXIT_FAILED;
     sigset_t ending;
@@ -111,8 +116,7 @@ static int serve(const struct config *config)
     atomic_store(&service.http, http);
     feed_wake(service.feed, wake, http);
     announce(config, http_port(http));
-    if (config->backend == BACKEND_SLURM &&
-        !(slurm = start_pilots(config, &service, reason, sizeof(reason))))
+    if (!start_elsewhere(config, &elsewhere, &service, reason, sizeof(reason)))
         goto cleanup;
     wait_for_end(&ending);
     result = EXIT_OK;
@@ -121,10 +125,11 @@ cleanup:
         fprintf(stderr, "bcdd: %s\n", reason);
     if (service.feed)
         feed_wake(service.feed, NULL, NULL);
-    slurm_stop(slurm);
     for (int i = 0; i < LANES; i++)
         aside_stop(service.lane[i]); /* they call http.c */
     http_stop(http);
+    slurm_stop(elsewhere.slurm);
+    share_stop(elsewhere.share);
     for (int i = 0; i < LANES; i++)
         aside_free(service.lane[i]);
     if (service.queue)
@@ -176,15 +181,20 @@ static bool begin_queue(struct service *service, const struct job_limits *limits
     return service->reports != NULL;
 }
 
-/* They find the daemon where it listens, unless the file tells of another way. */
-static struct slurm *start_pilots(const struct config *config, const struct service *service,
-                                  char *reason, size_t size)
+/* Workers find the daemon where it listens, unless there is another way. */
+static bool start_elsewhere(const struct config *config, struct elsewhere *elsewhere,
+                            struct service *service, char *reason, size_t size)
 {
     bool v6 = strchr(config->host, ':') != NULL;
     char url[128];
     snprintf(url, sizeof(url), "http://%s%s%s:%d", v6 ? "[" : "", config->host, v6 ? "]" : "",
              http_port(atomic_load(&service->http)));
-    return slurm_start(config->slurm, service->leases, url, reason, size);
+    if (config->share && !(elsewhere->share = share_start(config->share, service->leases,
+                                                          config->lease_ms, reason, size)))
+        return false;
+    if (config->backend == BACKEND_SLURM)
+        elsewhere->slurm = slurm_start(config->slurm, service->leases, url, reason, size);
+    return config->backend != BACKEND_SLURM || elsewhere->slurm;
 }
 
 static void observe(void *context, const struct http_done *done)

@@ -75,6 +75,7 @@ enum {
     LIMIT_LENDING_WORK = 4,                /* so many put results away and finish jobs */
     LIMIT_LEASE_FAILURES = 2,              /* of a chunk elsewhere, and the job has failed */
     LIMIT_LEASES_REMEMBERED = 4096,        /* results, compared with those that come once more */
+    LIMIT_SHARE_LOOK_MS = 500,             /* between two looks into a shared directory */
     LIMIT_USAGE_HALF_LIFE_MS = 86400000,   /* of core seconds used, as far as fair share goes */
     LIMIT_USAGE_SAVE_MS = 5000,            /* core seconds go to the store this often */
     LIMIT_HOST_NAMES_MAX = 16,             /* --host-name */

@@ -6,11 +6,10 @@
  * One thread: between two slices of the run the clock is looked at, and every few seconds the
  * server told how far it is. A signal that ends programs sends the chunk back with its checkpoint.
  */
-#include "cli_server.h"
-#include "lease_json.h"
 #include "limits.h"
 #include "queue.h"
 #include "scene_json.h"
+#include "worker_link.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -30,19 +29,27 @@ enum {
 
 /* A chunk in work. */
 struct lent {
-    const struct cli_line *line;
-    struct client *client;
+    struct link *link;
     struct lease_loan loan;
     struct bcd_scene *scene;
     struct bcd_run *run;
+    struct bcd_watch watch; /* over all that the engine does for it */
     struct bcd_error error;
     double began_cpu_s;
     int64_t beat_ms, beats; /* when the last was sent; how many */
     int unknown;
+    bool unwanted; /* said the server */
+    bool ended;    /* and given back */
 };
 
 /* What became of it. */
-enum fate { FATE_ENDED, FATE_LET_GO, FATE_STOPPED, FATE_FAILED };
+enum fate {
+    FATE_ENDED,
+    FATE_LET_GO,   /* by a signal, or for want of memory: others may go on with it */
+    FATE_UNWANTED, /* cancelled, or somebody else's */
+    FATE_FAILED,   /* and so has the job */
+    FATE_STRANGE,  /* this program is none for it: others may be */
+};
 
 static int64_t now_ms(clockid_t clock)
 {
@@ -56,31 +63,7 @@ static double cpu_s(void)
     return (double)now_ms(CLOCK_PROCESS_CPUTIME_ID) / 1000;
 }
 
-/* ------------------------------------------------------------------ asking */
-
-/* POST; CLI_OK and its answer, or the status without words. */
-static enum client_status post(struct client *client, const char *path, char *body,
-                               struct client_answer *answer)
-{
-    const struct client_request request = {
-        .method = "POST", .path = path, .body = body, .body_size = body ? strlen(body) : 0};
-    enum client_status status = body ? client_ask(client, &request, answer) : CLIENT_UNREACHABLE;
-    free(body);
-    return status;
-}
-
-static enum client_status tell(const struct lent *lent, struct client *client,
-                               const struct lease_word *word, bool ended,
-                               struct client_answer *answer)
-{
-    struct text path = {0};
-    text_add(&path, "/v1/leases/%s/%s", lent->loan.id, ended ? "return" : "heartbeat");
-    char *to = text_take(&path);
-    enum client_status status =
-        to ? post(client, to, lease_json_word(word, ended), answer) : CLIENT_UNREACHABLE;
-    free(to);
-    return status;
-}
+/* -------------------------------------------------------------- heartbeats */
 
 static struct lease_word word_of(const struct lent *lent)
 {
@@ -92,10 +75,11 @@ static struct lease_word word_of(const struct lent *lent)
     return word;
 }
 
+/* Of a run that was not stopped in the middle of something. */
 static struct blob checkpoint_of(const struct lent *lent)
 {
     struct blob blob = {.size = bcd_run_checkpoint_size(lent->run)};
-    if (blob.size <= LIMIT_LEASE_BYTES_MAX)
+    if (blob.size <= LIMIT_LEASE_BYTES_MAX && lent->watch.end == BCD_WATCH_GOES_ON)
         blob.bytes = malloc(blob.size + 1);
     if (blob.bytes)
         bcd_run_save(lent->run, blob.bytes);
@@ -104,36 +88,94 @@ static struct blob checkpoint_of(const struct lent *lent)
     return blob;
 }
 
-/* ------------------------------------------------------------- one chunk */
+/* Tells how far it is, if that is due; with a checkpoint, between two slices. A server that is away
+ * for a while, or has just started, is no reason to stop. */
+static void beat(struct lent *lent, bool between)
+{
+    if (now_ms(CLOCK_MONOTONIC) - lent->beat_ms < lent->loan.lease_ms / BEATS)
+        return;
+    struct lease_word word = word_of(lent);
+    if (lent->beats++ % CHECKPOINT_BEATS == 1 && between)
+        word.bytes = checkpoint_of(lent);
+    enum link_status status = link_tell(lent->link, &lent->loan, &word, false);
+    blob_fini(&word.bytes);
+    lent->beat_ms = now_ms(CLOCK_MONOTONIC);
+    if (status == LINK_UNKNOWN)
+        lent->unknown++;
+    else if (status == LINK_OK)
+        lent->unknown = 0;
+    lent->unwanted = status == LINK_STOP || lent->unknown >= UNKNOWN_MAX;
+}
 
-/* The scene and the run, where it was left if it was left anywhere. A beginning that does not fit
- * is left out: the bits are the same. */
-static enum bcd_status prepare(struct lent *lent)
+static bool over_time(const struct lent *lent)
+{
+    double most = lent->loan.core_seconds_max;
+    return most > 0 && cpu_s() - lent->began_cpu_s > most;
+}
+
+/* The engine's question, in the middle of something. */
+static bool ask_stop(void *context)
+{
+    struct lent *lent = context;
+    beat(lent, false);
+    return lent->unwanted || !link_wait(lent->link, 0) || over_time(lent);
+}
+
+/* --------------------------------------------------------------- one chunk */
+
+/* What the engine says, and why it stopped if it was told to. */
+static enum fate fate_of(struct lent *lent, enum bcd_status status)
+{
+    if (lent->unwanted)
+        return FATE_UNWANTED;
+    if (status == BCD_NO_MEMORY || !link_wait(lent->link, 0))
+        return FATE_LET_GO;
+    if (!lent->error.code)
+        lent->error.code = status;
+    if (over_time(lent))
+        snprintf(lent->error.text, sizeof lent->error.text,
+                 "this part of it has used more than %.3g core seconds (LIMIT_OVERRUN_FACTOR, "
+                 "LIMIT_OVERRUN_SECONDS)",
+                 lent->loan.core_seconds_max);
+    return FATE_FAILED;
+}
+
+/* What the server took must be the same job here. */
+static enum fate read_scene(struct lent *lent)
 {
     const struct lease_loan *loan = &lent->loan;
     struct bcd_errors errors = {0};
-    struct bcd_tally *tally = NULL;
     unsigned char hash[JOB_HASH_SIZE];
     enum bcd_status status =
-        scene_json_parse(loan->scene, strlen(loan->scene), &lent->scene, &errors);
-    if (status == BCD_INVALID)
+        scene_json_complete(loan->scene, strlen(loan->scene), NULL, &lent->scene, &errors);
+    if (status == BCD_NO_MEMORY || (status == BCD_OK && !queue_hash(lent->scene, hash)))
+        return FATE_LET_GO;
+    if (status != BCD_OK || memcmp(hash, loan->hash, sizeof hash) != 0 ||
+        loan->chunk >= bcd_scene_chunks(lent->scene))
+        return FATE_STRANGE;
+    errors = (struct bcd_errors){0};
+    status = bcd_scene_prepare(lent->scene, &lent->watch, &errors);
+    if (status == BCD_OK)
+        return FATE_ENDED;
+    if (errors.count > 0)
         lent->error = errors.items[0];
-    if (status != BCD_OK)
-        return status;
-    if (!queue_hash(lent->scene, hash))
-        return BCD_NO_MEMORY;
-    if (memcmp(hash, loan->hash, sizeof hash) != 0 ||
-        loan->chunk >= bcd_scene_chunks(lent->scene)) {
-        snprintf(lent->error.text, sizeof lent->error.text,
-                 "this program would run another job than the server's");
-        return BCD_INTERNAL;
-    }
-    status = bcd_run_create(&lent->run, lent->scene, loan->chunk, &lent->error);
+    return fate_of(lent, status);
+}
+
+/* The run, where it was left if it was left anywhere. A beginning that does not fit is left out:
+ * the bits are the same. */
+static enum bcd_status create_run(struct lent *lent)
+{
+    const struct lease_loan *loan = &lent->loan;
+    struct bcd_tally *tally = NULL;
+    enum bcd_status status =
+        bcd_run_create_watched(&lent->run, lent->scene, loan->chunk, &lent->watch, &lent->error);
     if (status == BCD_OK && loan->checkpoint.size > 0 &&
         bcd_run_restore(lent->run, loan->checkpoint.bytes, loan->checkpoint.size, NULL) != BCD_OK) {
         bcd_run_free(lent->run);
         lent->run = NULL;
-        status = bcd_run_create(&lent->run, lent->scene, loan->chunk, &lent->error);
+        status = bcd_run_create_watched(&lent->run, lent->scene, loan->chunk, &lent->watch,
+                                        &lent->error);
     } else if (status == BCD_OK && loan->checkpoint.size == 0 && loan->begun.size > 0) {
         status = bcd_tally_create(&tally, lent->scene);
         if (status == BCD_OK &&
@@ -144,47 +186,23 @@ static enum bcd_status prepare(struct lent *lent)
     return status;
 }
 
-/* Tells how far it is; false = there is no use in going on. A server that is away for a while, or
- * has just started, is no reason to stop. */
-static bool beat(struct lent *lent)
-{
-    struct lease_word word = word_of(lent);
-    struct client_answer answer = {0};
-    if (lent->beats++ % CHECKPOINT_BEATS == 1)
-        word.bytes = checkpoint_of(lent);
-    enum client_status status = tell(lent, lent->client, &word, false, &answer);
-    blob_fini(&word.bytes);
-    lent->beat_ms = now_ms(CLOCK_MONOTONIC);
-    if (status != CLIENT_OK)
-        return true;
-    struct answer *said = answer_json_load(answer.body, answer.size);
-    const char *what = answer_json_text(said, "answer");
-    bool unknown = !what || strcmp(what, "unknown") == 0;
-    bool stop = what && strcmp(what, "stop") == 0;
-    lent->unknown = unknown ? lent->unknown + 1 : 0;
-    answer_json_free(said);
-    client_answer_fini(&answer);
-    return !stop && lent->unknown < UNKNOWN_MAX;
-}
-
 static enum fate advance(struct lent *lent)
 {
     int64_t slice = 1, total = bcd_run_ticks_total(lent->run);
-    lent->beat_ms = now_ms(CLOCK_MONOTONIC);
     while (bcd_run_ticks_done(lent->run) < total) {
         int64_t before = now_ms(CLOCK_MONOTONIC);
-        if (!client_wait(lent->client, 0))
-            return FATE_LET_GO;
-        if (bcd_run_advance(lent->run, slice, &lent->error) != BCD_OK)
-            return FATE_FAILED;
+        enum bcd_status status = bcd_run_advance(lent->run, slice, &lent->error);
+        if (status != BCD_OK)
+            return fate_of(lent, status);
         int64_t took = now_ms(CLOCK_MONOTONIC) - before;
         slice = took < LIMIT_SLICE_MS / 2   ? slice * SLICE_GROWTH_MAX
                 : took > LIMIT_SLICE_MS * 2 ? slice / 2 + 1
                                             : slice;
         if (slice > total)
             slice = total;
-        if (now_ms(CLOCK_MONOTONIC) - lent->beat_ms >= lent->loan.lease_ms / BEATS && !beat(lent))
-            return FATE_STOPPED;
+        beat(lent, true);
+        if (lent->unwanted || !link_wait(lent->link, 0) || over_time(lent))
+            return fate_of(lent, BCD_STOPPED);
     }
     return FATE_ENDED;
 }
@@ -194,89 +212,75 @@ static int give_back(struct lent *lent)
 {
     const struct bcd_tally *tally = bcd_run_tally(lent->run);
     struct lease_word word = word_of(lent);
-    struct client_answer answer = {0};
-    struct client *second = NULL;
-    int result = CLI_OK;
     word.bytes.size = bcd_tally_size(tally);
     word.bytes.bytes = malloc(word.bytes.size + 1);
-    if (word.bytes.bytes)
-        bcd_tally_save(tally, word.bytes.bytes);
-    else
-        word.bytes.size = 0;
-    enum client_status status = tell(lent, lent->client, &word, true, &answer);
-    if (status == CLIENT_SIGNAL && cli_server_open(lent->line, &second) == CLI_OK)
-        status = tell(lent, second, &word, true, &answer); /* it was to end, not to lose its work */
-    client_free(second);
+    if (!word.bytes.bytes)
+        return CLI_FAILED;
+    bcd_tally_save(tally, word.bytes.bytes);
+    enum link_status status = link_return(lent->link, &lent->loan, &word);
     blob_fini(&word.bytes);
-    if (status == CLIENT_OK && answer.status == 409)
-        fprintf(stderr, "bcd worker: %.*s\n", (int)answer.size, answer.body);
-    else if (status != CLIENT_OK || answer.status != 200)
-        result = cli_server_fault(lent->line, lent->client, lent->loan.job, status, &answer);
-    client_answer_fini(&answer);
-    return result;
+    return status == LINK_OK || status == LINK_NOTHING ? CLI_OK
+                                                       : link_fault(lent->link, lent->loan.job);
 }
 
-/* The last word about a chunk that is not ended here, by a client that the signal has not ended. */
-static void let_go(struct lent *lent, const char *failed)
+/* The last word about a chunk that is not ended here. */
+static void let_go(struct lent *lent, enum fate fate)
 {
     struct lease_word word = word_of(lent);
-    struct client_answer answer = {0};
-    struct client *client = NULL;
-    if (cli_server_open(lent->line, &client) != CLI_OK)
-        return;
-    word.let_go = !failed;
-    word.failed = failed ? strdup(failed) : NULL;
-    if (lent->run && !failed)
+    struct text words = {0};
+    word.let_go = fate != FATE_FAILED;
+    if (fate == FATE_FAILED) {
+        text_add(&words, "%s%s%s", bcd_status_text(lent->error.code),
+                 lent->error.text[0] ? ": " : "", lent->error.text);
+        word.failed = text_take(&words);
+    }
+    if (lent->run && fate == FATE_LET_GO)
         word.bytes = checkpoint_of(lent);
-    client_patience(client, 5000);
-    if (tell(lent, client, &word, false, &answer) == CLIENT_OK)
-        client_answer_fini(&answer);
+    link_tell(lent->link, &lent->loan, &word, true); /* else it is given up in time */
     lease_word_fini(&word);
-    client_free(client);
 }
 
 static int run_chunk(struct lent *lent)
 {
     int result = CLI_OK;
     lent->began_cpu_s = cpu_s();
-    enum bcd_status status = prepare(lent);
-    enum fate fate = status == BCD_OK          ? advance(lent)
-                     : status == BCD_NO_MEMORY ? FATE_LET_GO
-                                               : FATE_FAILED;
+    lent->beat_ms = now_ms(CLOCK_MONOTONIC);
+    lent->watch = (struct bcd_watch){
+        .should_stop = ask_stop, .context = lent, .bytes_max = lent->loan.bytes_max};
+    enum fate fate = read_scene(lent);
+    if (fate == FATE_ENDED) {
+        enum bcd_status status = create_run(lent);
+        fate = status == BCD_OK ? advance(lent) : fate_of(lent, status);
+    }
+    lent->ended = fate == FATE_ENDED;
     if (fate == FATE_ENDED)
         result = give_back(lent);
-    else if (fate == FATE_LET_GO)
-        let_go(lent, NULL);
-    else if (fate == FATE_FAILED)
-        let_go(lent, lent->error.text[0] ? lent->error.text : "the run failed");
+    else if (fate != FATE_UNWANTED)
+        let_go(lent, fate);
+    if (fate == FATE_STRANGE)
+        fprintf(stderr, "bcd worker: this program would run another job than the server's\n");
+    if (fate == FATE_STRANGE || (fate == FATE_LET_GO && link_wait(lent->link, 0)))
+        result = CLI_FAILED; /* not told to end: there is no memory */
     bcd_run_free(lent->run);
     bcd_scene_free(lent->scene);
-    return status == BCD_NO_MEMORY ? CLI_FAILED : result;
+    return result;
 }
 
 /* --------------------------------------------------------------- the loop */
 
-/* CLI_OK: a chunk was run, or *idle. `patient`: a server that is not there counts as one that has
- * nothing to do. */
-static int turn(const struct cli_line *line, struct client *client, const char *name, bool *idle,
-                bool patient)
+/* CLI_OK: a chunk was run (one more of `chunks`, if to its end), or *idle. `patient`: a server that
+ * is not there counts as one that has nothing to do. */
+static int turn(struct link *link, const char *name, bool patient, bool *idle, int64_t *chunks)
 {
-    struct lent lent = {.line = line, .client = client};
-    struct client_answer answer = {0};
-    struct bcd_errors errors = {0};
+    struct lent lent = {.link = link};
     int result = CLI_OK;
-    enum client_status status = post(client, "/v1/leases", lease_json_request(name), &answer);
-    if (status != CLIENT_OK || answer.status != 200) {
-        if (status != CLIENT_SIGNAL && !(status == CLIENT_UNREACHABLE && patient))
-            result = cli_server_fault(line, client, NULL, status, &answer);
-    } else if (!lease_json_read_loan(answer.body, answer.size, &lent.loan, &errors)) {
-        fprintf(stderr, "bcd worker: what the server lends cannot be read\n");
-        result = CLI_FAILED;
-    }
-    client_answer_fini(&answer);
-    *idle = !lent.loan.id[0];
-    if (!*idle && result == CLI_OK)
+    enum link_status status = link_take(link, name, &lent.loan);
+    *idle = status != LINK_OK;
+    if (status == LINK_OK)
         result = run_chunk(&lent);
+    else if (status == LINK_REFUSED || (status == LINK_AWAY && !patient))
+        result = link_fault(link, NULL);
+    *chunks += lent.ended;
     lease_loan_fini(&lent.loan);
     return result;
 }
@@ -285,7 +289,7 @@ static int worker(const struct cli_line *line)
 {
     char host[40] = "", name[LEASE_WORKER_SIZE];
     const char *idle_text = cli_value(line, "idle"), *given = cli_value(line, "name");
-    struct client *client = NULL;
+    struct link *link = NULL;
     int64_t idle_s = INT64_MAX / 1000, chunks = 0;
     if (idle_text && !cli_parse_integer(idle_text, 0, 1000000, &idle_s))
         return cli_wrong(line->command, "--idle is 0 to 1000000 seconds, not \"%s\"", idle_text);
@@ -293,29 +297,31 @@ static int worker(const struct cli_line *line)
         return cli_wrong(line->command, "--name is too long: \"%s\"", given);
     gethostname(host, sizeof host - 1);
     snprintf(name, sizeof name, "%s:%ld", host, (long)getpid());
-    int status = cli_server_open(line, &client);
+    int status = link_open(line, cli_value(line, "share"), &link);
     int64_t busy_ms = now_ms(CLOCK_MONOTONIC), nap_ms = IDLE_NAP_MS_MIN;
     bool goes_on = status == CLI_OK;
     while (goes_on) {
         bool idle = false;
         int64_t now = now_ms(CLOCK_MONOTONIC);
-        status = turn(line, client, given ? given : name, &idle, now - busy_ms < AWAY_MS_MAX);
+        status = turn(link, given ? given : name, now - busy_ms < AWAY_MS_MAX, &idle, &chunks);
         now = now_ms(CLOCK_MONOTONIC);
         if (!idle)
             busy_ms = now;
-        chunks += !idle && status == CLI_OK;
         nap_ms = !idle ? IDLE_NAP_MS_MIN : nap_ms < IDLE_NAP_MS_MAX ? 2 * nap_ms : nap_ms;
         goes_on = status == CLI_OK && now - busy_ms <= 1000 * idle_s &&
-                  client_wait(client, idle ? nap_ms : 0);
+                  link_wait(link, idle ? nap_ms : 0);
     }
     /* Ended by a signal it has done what it was for. */
-    if (client)
+    if (link)
         printf("%" PRId64 " chunk%s run\n", chunks, chunks == 1 ? "" : "s");
-    client_free(client);
+    link_free(link);
     return status;
 }
 
 static const struct cli_option options[] = {
+    {.name = "share",
+     .value = "DIR",
+     .doc = "the daemon's --share DIR, where it cannot be reached"},
     {.name = "idle", .value = "SECONDS", .doc = "ends when there was nothing to do for so long"},
     {.name = "name", .value = "NAME", .doc = "what the server's log calls it (default: HOST:PID)"},
     {0},

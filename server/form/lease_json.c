@@ -178,6 +178,10 @@ char *lease_json_loan(const struct lease_loan *loan)
              ",\"lease_seconds\":",
              loan->id, loan->job, loan->chunk, loan->attempt);
     text_add_number(&text, (double)loan->lease_ms / 1000);
+    text_add(&text, ",\"core_seconds_max\":");
+    text_add_number(&text, loan->core_seconds_max);
+    text_add(&text, ",\"bytes_max\":");
+    text_add_number(&text, loan->bytes_max);
     text_add(&text, ",\"hash\":");
     add_hex(&text, loan->hash, sizeof loan->hash);
     text_add(&text, ",\"scene\":%s", loan->scene);
@@ -200,6 +204,8 @@ bool lease_json_read_loan(const char *text, size_t size, struct lease_loan *loan
         read_count(lease, "attempt", &loan->attempt, errors);
         loan->lease_ms =
             (int64_t)(1000 * json_number_value(json_object_get(lease, "lease_seconds")));
+        loan->core_seconds_max = json_number_value(json_object_get(lease, "core_seconds_max"));
+        loan->bytes_max = json_number_value(json_object_get(lease, "bytes_max"));
         loan->scene =
             json_dumps(json_object_get(lease, "scene"), JSON_COMPACT | JSON_REAL_PRECISION(17));
         if (!read_hex(json_object_get(lease, "hash"), loan->hash, sizeof loan->hash) ||

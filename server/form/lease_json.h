@@ -17,8 +17,9 @@ enum { LEASE_ID_SIZE = 20, LEASE_WORKER_SIZE = 64, LEASE_DIGEST_SIZE = 32 };
 /* What a worker is given. */
 struct lease_loan {
     char id[LEASE_ID_SIZE], job[JOB_ID_SIZE];
-    int64_t chunk, attempt; /* how often it has been given away */
-    int64_t lease_ms;       /* until a heartbeat is due */
+    int64_t chunk, attempt;             /* how often it has been given away */
+    int64_t lease_ms;                   /* until a heartbeat is due */
+    double core_seconds_max, bytes_max; /* more, and the run has failed; 0 = without limit */
     unsigned char hash[JOB_HASH_SIZE];
     char *scene;                   /* the completed job, JSON */
     struct blob checkpoint, begun; /* to go on from; empty = there is none */
@@ -34,6 +35,7 @@ struct lease_word {
     int64_t ticks_done, ticks_total;
     double core_seconds;                     /* for this chunk, in all */
     bool let_go;                             /* somebody else may have it */
+    bool waiting;                            /* nobody has it yet (share.h; not said in JSON) */
     char *failed;                            /* the run failed, in these words; NULL = it did not */
     struct blob bytes;                       /* a checkpoint, or the tally */
     unsigned char digest[LEASE_DIGEST_SIZE]; /* of them */

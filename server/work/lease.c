@@ -32,8 +32,9 @@ struct lease {
     struct grant grants[GRANTS];                       /* the latest, in a ring */
     int64_t attempts, until_ms, heard_ms;
     int64_t failures, failed_ms; /* whose run failed, or gave no tally: worker, above */
-    struct blob checkpoint, begun;
-    bool fresh; /* the checkpoint has not been told yet */
+    struct lease_terms terms;
+    bool waiting; /* it lies where a worker may take it: share.h */
+    bool fresh;   /* the checkpoint has not been told yet */
     bool woken;
     double core_seconds, told_seconds;
     bool returned, failed;
@@ -111,16 +112,17 @@ void leases_count(struct leases *leases, struct lease_counts *counts)
     expire(leases);
     *counts = leases->counts;
     for (const struct lease *lease = leases->first; lease; lease = lease->next) {
-        counts->held += lease->id[0] != '\0';
-        counts->offered += lease->id[0] == '\0';
+        bool held = lease->id[0] && !lease->waiting;
+
+        counts->held += held;
+        counts->offered += !held;
     }
     pthread_mutex_unlock(&leases->mutex);
 }
 
 /* ------------------------------------------------------------------- lending */
 
-struct lease *lease_offer(struct leases *leases, const struct task *task, struct blob *checkpoint,
-                          struct blob *begun)
+struct lease *lease_offer(struct leases *leases, const struct task *task, struct lease_terms *terms)
 {
     struct lease *lease = calloc(1, sizeof *lease);
     pthread_condattr_t attributes;
@@ -129,9 +131,8 @@ struct lease *lease_offer(struct leases *leases, const struct task *task, struct
         return NULL;
     lease->leases = leases;
     lease->task = task;
-    lease->checkpoint = *checkpoint;
-    lease->begun = *begun;
-    *checkpoint = *begun = (struct blob){0};
+    lease->terms = *terms;
+    terms->checkpoint = terms->begun = (struct blob){0};
     pthread_condattr_init(&attributes);
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
     pthread_cond_init(&lease->changed, &attributes);
@@ -180,7 +181,7 @@ void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news)
     news->failed = lease->failed;
     news->error = lease->error;
     if (lease->fresh && !lease->returned)
-        news->checkpoint = copy(&lease->checkpoint);
+        news->checkpoint = copy(&lease->terms.checkpoint);
     lease->fresh = lease->woken = false;
     pthread_mutex_unlock(&leases->mutex);
 }
@@ -210,8 +211,8 @@ void lease_end(struct lease *lease)
         leases->last = lease->previous;
     pthread_mutex_unlock(&leases->mutex);
     pthread_cond_destroy(&lease->changed);
-    blob_fini(&lease->checkpoint);
-    blob_fini(&lease->begun);
+    blob_fini(&lease->terms.checkpoint);
+    blob_fini(&lease->terms.begun);
     blob_fini(&lease->tally);
     free(lease);
 }
@@ -240,8 +241,10 @@ static enum store_status lend(struct lease *lease, const struct lease_asker *ask
                                 .attempt = lease->attempts + 1,
                                 .lease_ms = lease->leases->lease_ms,
                                 .scene = scene_json_job(task->scene),
-                                .checkpoint = copy(&lease->checkpoint),
-                                .begun = copy(&lease->begun)};
+                                .core_seconds_max = lease->terms.core_seconds_max,
+                                .bytes_max = lease->terms.bytes_max,
+                                .checkpoint = copy(&lease->terms.checkpoint),
+                                .begun = copy(&lease->terms.begun)};
     snprintf(loan->job, sizeof loan->job, "%s", task->id);
     if (!loan->scene || !loan->checkpoint.bytes || !loan->begun.bytes ||
         !queue_hash(task->scene, loan->hash) || !make_id(loan->id)) {
@@ -253,6 +256,7 @@ static enum store_status lend(struct lease *lease, const struct lease_asker *ask
     snprintf(grant->owner, sizeof grant->owner, "%s", asker->owner);
     memcpy(lease->owner, grant->owner, sizeof lease->owner);
     snprintf(lease->worker, sizeof lease->worker, "%s", asker->worker);
+    lease->waiting = false;
     lease->attempts++;
     lease->heard_ms = now_ms();
     lease->until_ms = lease->heard_ms + lease->leases->lease_ms;
@@ -362,7 +366,6 @@ static void note_failure(struct lease *lease, const char *reason)
     log_write(LOG_LEVEL_WARNING, "lease_failed",
               LOG_FIELDS(log_text("job", lease->task->id), log_integer("chunk", lease->task->chunk),
                          log_text("worker", lease->worker), log_text("reason", lease->error.text)));
-    lease->error.code = BCD_INTERNAL;
     lease->id[0] = '\0';
     lease->failed_ms = now_ms();
     lease->failed = ++lease->failures >= LIMIT_LEASE_FAILURES;
@@ -382,13 +385,14 @@ enum lease_answer leases_hear(struct leases *leases, const struct lease_word *wo
         answer = LEASE_STOP;
     } else {
         lease->until_ms = now_ms() + leases->lease_ms;
+        lease->waiting = word->waiting;
         note_progress(lease, word);
         if (word->bytes.size > 0) {
             struct blob newer = copy(&word->bytes);
 
             if (newer.bytes) {
-                blob_fini(&lease->checkpoint);
-                lease->checkpoint = newer;
+                blob_fini(&lease->terms.checkpoint);
+                lease->terms.checkpoint = newer;
                 lease->fresh = true;
             }
         }
@@ -398,6 +402,23 @@ enum lease_answer leases_hear(struct leases *leases, const struct lease_word *wo
             lease->id[0] = '\0';
         pthread_cond_signal(&lease->changed);
     }
+    pthread_mutex_unlock(&leases->mutex);
+    return answer;
+}
+
+enum lease_answer leases_look(struct leases *leases, const struct lease_word *word)
+{
+    enum lease_answer answer = LEASE_UNKNOWN;
+    const struct lease *lease;
+
+    pthread_mutex_lock(&leases->mutex);
+    expire(leases);
+    lease = find(leases, word);
+    if (lease)
+        answer = !lease->returned && !lease->failed && !atomic_load(lease->task->cancelled) &&
+                         strcmp(lease->id, word->id) == 0
+                     ? LEASE_GO_ON
+                     : LEASE_STOP;
     pthread_mutex_unlock(&leases->mutex);
     return answer;
 }

@@ -27,7 +27,7 @@ void leases_free(struct leases *leases); /* all offers have been taken back */
 
 /* What is going on, for /metrics and for who starts workers. */
 struct lease_counts {
-    size_t offered, held;              /* chunks nobody has, chunks in somebody's hands */
+    size_t offered, held;              /* chunks nobody runs, chunks in somebody's hands */
     int64_t granted, expired;          /* since the start */
     int64_t returned, again, differed; /* results taken; come once more; with other bits */
     int64_t unwanted;                  /* results of chunks that nobody waits for */
@@ -37,15 +37,20 @@ void leases_count(struct leases *leases, struct lease_counts *counts);
 /* ------------------------------------------------------ whoever lends: worker.c */
 
 struct lease;
-/* Offers a chunk, to go on from `checkpoint` or to begin with `begun` (see bcd_run_continue), both
- * taken over. The task is borrowed until lease_end. NULL = no memory. */
-struct lease *lease_offer(struct leases *leases, const struct task *task, struct blob *checkpoint,
-                          struct blob *begun);
+/* What a worker goes on from, `checkpoint` or else `begun` (see bcd_run_continue), and what the
+ * chunk may take before it counts as failed; 0 = without limit. */
+struct lease_terms {
+    struct blob checkpoint, begun;
+    double core_seconds_max, bytes_max;
+};
+/* Offers a chunk. Takes the blobs over. The task is borrowed until lease_end. NULL = no memory. */
+struct lease *lease_offer(struct leases *leases, const struct task *task,
+                          struct lease_terms *terms);
 
 /* Waits at most `wait_ms` for something to happen, and gives what did. Blobs are the caller's. */
 struct lease_news {
     bool returned; /* `tally` is there */
-    bool failed;   /* the run failed: `error` */
+    bool failed;   /* the run failed: `error`, all of it in its text */
     struct blob tally;
     struct blob checkpoint; /* a newer one, or empty */
     double core_seconds;    /* used since the last time */
@@ -77,6 +82,8 @@ enum lease_answer {
     LEASE_REFUSED, /* not this chunk's tally */
 };
 enum lease_answer leases_hear(struct leases *leases, const struct lease_word *word);
+/* Whether it is still that worker's, and wanted: nothing is heard of it by that. */
+enum lease_answer leases_look(struct leases *leases, const struct lease_word *word);
 enum lease_answer leases_return(struct leases *leases, const struct lease_word *word);
 
 #endif

@@ -249,7 +249,7 @@ static void note_cost(struct work *work, const struct measured *from)
 }
 
 /* How long the chunk may take, if something is wrong with it or with its estimate. */
-static void allow(struct work *work)
+void work_allow(struct work *work)
 {
     struct queue *queue = work->workers->queue;
     const struct job_limits *limits = queue_limits(queue);
@@ -337,7 +337,7 @@ static enum run_end put_tally(struct work *work)
 
 enum run_end work_run_here(struct work *work)
 {
-    allow(work);
+    work_allow(work);
     work->error.code = create_run_patiently(work);
     if ((work->error.code == BCD_NO_MEMORY || work->error.code == BCD_STOPPED) &&
         work_should_stop(work))
@@ -364,8 +364,10 @@ static void fail_job(struct work *work)
     enum store_status status;
     int tries = 0;
 
-    snprintf(reason, sizeof reason, "%s%s%s", bcd_status_text(work->error.code),
-             work->error.text[0] ? ": " : "", work->error.text);
+    /* Who ran it elsewhere has said all. */
+    snprintf(reason, sizeof reason, "%s%s%s",
+             work->error.code ? bcd_status_text(work->error.code) : "",
+             work->error.code && work->error.text[0] ? ": " : "", work->error.text);
     do
         status = store_jobs_fail(work->workers->store, id, reason);
     while (work_try_again(work, status, ++tries));

@@ -91,6 +91,8 @@ bool work_try_again(struct work *work, enum store_status status, int tries);
 enum run_end work_run_here(struct work *work);
 /* Stores a finished chunk's tally, with patience. */
 enum run_end work_put_chunk(struct work *work, const void *bytes, size_t size);
+/* Sets how much of the processor the chunk may take. */
+void work_allow(struct work *work);
 double work_rod_steps(const struct bcd_scene *scene); /* of one chunk */
 
 /* ------------------------------------------------------------- worker_lend.c */

@@ -86,16 +86,18 @@ static void load_begun(struct work *work, struct blob *begun)
 static struct lease *offer(struct work *work)
 {
     const struct task *task = work->task;
-    struct blob checkpoint = {0}, begun = {0};
+    struct lease_terms terms = {.bytes_max = work->watch.bytes_max};
     struct lease *lease;
 
-    if (saving_load(work, &checkpoint) != STORE_OK)
-        load_begun(work, &begun);
-    if (checkpoint.size > LIMIT_LEASE_BYTES_MAX)
-        blob_fini(&checkpoint);
-    lease = lease_offer(work->workers->leases, task, &checkpoint, &begun);
-    blob_fini(&checkpoint);
-    blob_fini(&begun);
+    work_allow(work);
+    terms.core_seconds_max = 1e-9 * (double)work->allowed_ns;
+    if (saving_load(work, &terms.checkpoint) != STORE_OK)
+        load_begun(work, &terms.begun);
+    if (terms.checkpoint.size > LIMIT_LEASE_BYTES_MAX)
+        blob_fini(&terms.checkpoint);
+    lease = lease_offer(work->workers->leases, task, &terms);
+    blob_fini(&terms.checkpoint);
+    blob_fini(&terms.begun);
     return lease;
 }
 

@@ -19,14 +19,14 @@ void lease_bench_start(struct lease_bench *bench, int64_t lease_ms)
                          "'realizations':64,'observables':{'energy':{},'msd':{}}}");
     assert_true(bcd_scene_chunks(bench->scene) >= 2);
     for (int i = 0; i < 2; i++) {
-        struct blob none = {0}, neither = {0};
+        struct lease_terms terms = {.core_seconds_max = 7.5, .bytes_max = 1e9};
         bench->task[i] = (struct task){.id = "jtest",
                                        .scene = bench->scene,
                                        .chunk = i,
                                        .cancelled = &bench->cancelled,
                                        .ticks_done = &bench->done[i],
                                        .ticks_total = &bench->total[i]};
-        bench->lease[i] = lease_offer(bench->leases, &bench->task[i], &none, &neither);
+        bench->lease[i] = lease_offer(bench->leases, &bench->task[i], &terms);
         assert_non_null(bench->lease[i]);
     }
 }

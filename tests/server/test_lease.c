@@ -37,14 +37,14 @@ static void start(struct bench *bench, int64_t lease_ms)
                          "'realizations':64,'observables':{'energy':{},'msd':{}}}");
     assert_true(bcd_scene_chunks(bench->scene) >= 2);
     for (int i = 0; i < 2; i++) {
-        struct blob none = {0}, neither = {0};
+        struct lease_terms terms = {.core_seconds_max = 7.5, .bytes_max = 1e9};
         bench->task[i] = (struct task){.id = "jtest",
                                        .scene = bench->scene,
                                        .chunk = i,
                                        .cancelled = &bench->cancelled,
                                        .ticks_done = &bench->done[i],
                                        .ticks_total = &bench->total[i]};
-        bench->lease[i] = lease_offer(bench->leases, &bench->task[i], &none, &neither);
+        bench->lease[i] = lease_offer(bench->leases, &bench->task[i], &terms);
         assert_non_null(bench->lease[i]);
     }
 }
@@ -139,6 +139,8 @@ static void goes_out_and_comes_back(void **state)
     assert_string_equal(read.job, "jtest");
     assert_memory_equal(read.hash, loan.hash, sizeof(read.hash));
     assert_int_equal(read.lease_ms, loan.lease_ms);
+    assert_true(read.core_seconds_max == 7.5);
+    assert_true(read.bytes_max == 1e9);
     free(text);
     lease_loan_fini(&read);
 

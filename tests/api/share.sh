@@ -1,0 +1,105 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Workers that do not reach the daemon, and meet it in a directory: one is killed, one told to end,
+# the daemon is killed and started again, files are torn; the results are those of one machine, bit
+# for bit.
+. "$(dirname "$0")/_lib.sh"
+WORKERS=
+cleanup() {
+    for pid in $WORKERS $PID; do
+        kill -9 "$pid" 2>/dev/null
+    done
+    rm -rf "$T"
+}
+
+job() { # SEED TIME REALIZATIONS
+    printf '{"particles":30,"length":60,"diameter":0.5,"time":%s,"time_step":0.001,"seed":%s,' "$2" "$1"
+    printf '"realizations":%s,"potential":{"type":"cosine","amplitude":6},"observables":{"energy":{}}}' "$3"
+}
+worker() { # [options]: adds one to WORKERS; its pid in LAST
+    env -u BCD_URL -u BCD_TOKEN "$B/bcd" worker --share "$T/share" "$@" >>"$T/worker.out" 2>>"$T/worker.err" &
+    LAST=$!
+    WORKERS="$WORKERS $LAST"
+}
+start() {
+    daemon_start "$T/data" --backend workers --share "$T/share" --workers 8 --lease 2
+}
+until_metric() { # NAME LEAST
+    for try in $(seq 200); do
+        [ "$(curl -sS -m 5 "$URL/metrics" | awk -v name="$1" '$1 == name { print $2 }')" -ge "$2" ] && return
+        sleep 0.1
+    done
+    return 1
+}
+same_bits() { # ID FILE
+    ask GET "/v1/jobs/$1/results"
+    jq -S . "$T/body" >"$T/theirs"
+    "$B/bcd" run --quiet "$2" | jq -S . | cmp - "$T/theirs"
+}
+
+timeout 20 "$B/bcdd" --data "$T/data" --listen 127.0.0.1:0 --backend workers --share "$T/nowhere" >"$T/out" 2>"$T/err"
+check "a directory that is not there" sh -c "[ $? = 1 ] && grep -q 'shared directory .*nowhere: No such file' '$T/err'"
+timeout 20 "$B/bcdd" --data "$T/data" --listen 127.0.0.1:0 --share "$T" >"$T/out" 2>"$T/err"
+check "a directory for nobody" test "$?" = 2
+"$B/bcd" worker --share "$T/nowhere" >"$T/out" 2>"$T/err"
+check "nor does a worker make it" test "$?" = 2
+
+mkdir "$T/share"
+start
+timeout 20 "$B/bcdd" --data "$T/other" --listen 127.0.0.1:0 --backend workers --share "$T/share" >"$T/out" 2>"$T/err"
+check "a second daemon is refused" grep -q "is another daemon's" "$T/err"
+worker
+worker
+worker
+job 1 20 24 >"$T/first"
+post "$T/first"
+check "a job is done" until_state "$ID" done
+check "with the bits of one machine" same_bits "$ID" "$T/first"
+
+# ---- kill -9, SIGTERM, and a daemon that is away for a while
+job 2 800 8 >"$T/second"
+post "$T/second"
+second=$ID
+check "three have a chunk" until_metric bcd_leases_held 3
+sleep 0.5
+kill -9 "$LAST"
+ended=${WORKERS% *}
+ended=${ended##* }
+kill -TERM "$ended"
+wait "$ended"
+check "told to end one ends" test $? = 0
+worker
+daemon_end KILL
+echo '{"job":"j1","chunk":0,"core' >"$T/share/returns/l0000"
+ln -s /etc/passwd "$T/share/returns/l0001"
+LISTEN=127.0.0.1:${URL##*:}
+start
+check "the daemon was killed; workers went on" until_metric bcd_leases_held 1
+check "torn files are refused" sh -c "
+    for try in \$(seq 100); do [ \$(grep -c 'event=share_refused file=l000' '$T/stderr') = 2 ] && exit; sleep 0.1; done; exit 1"
+check "the job is done" until_state "$second" done 60
+check "with the bits of one machine" same_bits "$second" "$T/second"
+check "no result differed" sh -c "curl -sS $URL/metrics | grep -qx 'bcd_leases_differed_total 0'"
+
+# ---- one is killed, and the job is cancelled
+worker
+post_text "$(job 3 100000 8)"
+check "another is under way" until_metric bcd_leases_held 3
+expired=$(curl -sS "$URL/metrics" | awk '$1 == "bcd_leases_expired_total" { print $2 }')
+kill -9 "$LAST"
+check "who is not heard of any more loses it" until_metric bcd_leases_expired_total $((expired + 1))
+worker
+check "another takes it" until_metric bcd_leases_held 3
+check "who lived kept what it had" sh -c "curl -sS $URL/metrics | grep -qx 'bcd_leases_expired_total $((expired + 1))'"
+ask DELETE "/v1/jobs/$ID"
+job 4 2 8 >"$T/fourth"
+post "$T/fourth"
+check "a cancelled one makes room for the next" until_state "$ID" done
+check "nothing is left lying about" sh -c "
+    for try in \$(seq 100); do [ -z \"\$(find '$T/share' -path '*refused' -prune -o -type f ! -name .daemon -print)\" ] && exit; sleep 0.1; done
+    find '$T/share'; exit 1"
+check "and nothing else was refused" test "$(grep -c 'event=share_refused' "$T/stderr")" = 2
+check "workers had nothing to complain of" sh -c "! grep . '$T/worker.err'"
+daemon_end TERM
+check "the daemon ends" test "$EXIT" = 0
+finish
