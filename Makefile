@@ -162,9 +162,8 @@ check-long: packages
 	+$(BUILD) all tests node-modules
 	sh tests/run.sh check-long
 check-slurm: packages
-	sh deploy/install-packages.sh slurm
 	$(MAKE) --no-print-directory all
-	B=$B sh tests/slurm/slurm_long.sh
+	B=$B sh tests/slurm/slurm.sh
 bench: all
 	$B/bcd bench --json $B/bench.json
 

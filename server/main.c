@@ -192,8 +192,10 @@ static bool start_elsewhere(const struct config *config, struct elsewhere *elsew
     if (config->share && !(elsewhere->share = share_start(config->share, service->leases,
                                                           config->lease_ms, reason, size)))
         return false;
+    const struct slurm_way way = {.url = url, .share = config->share};
     if (config->backend == BACKEND_SLURM)
-        elsewhere->slurm = slurm_start(config->slurm, service->leases, url, reason, size);
+        elsewhere->slurm = slurm_start(config->slurm, service->leases, &way, reason, size);
+    atomic_store(&service->slurm, elsewhere->slurm);
     return config->backend != BACKEND_SLURM || elsewhere->slurm;
 }
 

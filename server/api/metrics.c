@@ -25,6 +25,7 @@ static void add_value(struct text *text, const char *name, const char *type, dou
 static void add_jobs(struct text *text, const struct service *service);
 static void add_work(struct text *text, const struct service *service);
 static void add_leases(struct text *text, const struct service *service);
+static void add_pilots(struct text *text, const struct service *service);
 static void add_requests(struct text *text, const struct metrics *metrics);
 static void add_latency(struct text *text, const struct metrics *metrics);
 static void add_open(struct text *text, const struct service *service);
@@ -72,6 +73,7 @@ void handle_service_metrics(const struct service *service, const struct call *ca
     add_jobs(&text, service);
     add_work(&text, service);
     add_leases(&text, service);
+    add_pilots(&text, service);
     if (service->metrics) {
         add_requests(&text, service->metrics);
         add_latency(&text, service->metrics);
@@ -162,6 +164,24 @@ static void add_leases(struct text *text, const struct service *service)
               "Results that came once more, with other bits.");
     add_value(text, "bcd_leases_unwanted_total", "counter", (double)counts.unwanted,
               "Results of chunks that nobody waited for, and nobody remembers.");
+}
+
+static void add_pilots(struct text *text, const struct service *service)
+{
+    struct slurm *slurm = atomic_load(&service->slurm);
+    struct slurm_counts counts;
+    if (!slurm)
+        return;
+    slurm_count(slurm, &counts);
+    add_value(text, "bcd_slurm_pilots_running", "gauge", (double)counts.running,
+              "Workers that Slurm runs.");
+    add_value(text, "bcd_slurm_pilots_waiting", "gauge", (double)counts.waiting,
+              "Workers that wait for a place.");
+    add_value(text, "bcd_slurm_pilots_submitted_total", "counter", (double)counts.submitted,
+              "Workers asked of Slurm.");
+    add_value(text, "bcd_slurm_pilots_failed_total", "counter", (double)counts.failed,
+              "Of them, failed by themselves.");
+    add_value(text, "bcd_slurm_answers", "gauge", counts.answers, "1 = Slurm's last answer came.");
 }
 
 static void add_requests(struct text *text, const struct metrics *metrics)

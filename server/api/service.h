@@ -12,6 +12,7 @@
 #include "lease.h"
 #include "queue.h"
 #include "report_keeper.h"
+#include "slurm.h"
 #include "store_jobs.h"
 #include "store_owners.h"
 #include "worker.h"
@@ -48,6 +49,7 @@ struct service {
     struct stream_counts *streams;         /* open ones by owner; NULL = not counted */
     struct report_keeper *reports;         /* NULL = there are none */
     struct leases *leases;                 /* NULL = chunks are run here */
+    struct slurm *_Atomic slurm;           /* NULL = it starts no workers, or not yet */
     struct workers *workers;               /* NULL = there are none */
     struct metrics *metrics;               /* NULL = nothing is counted */
     _Atomic(struct http *) http;           /* NULL until it is there */

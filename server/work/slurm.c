@@ -1,218 +1,187 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * slurm.c - see slurm.h. No shell on this side: programs are started with their arguments. */
+ * slurm.c - see slurm.h. */
 #include "slurm.h"
 
 #include "log.h"
+#include "slurm_command.h"
 #include "slurm_file.h"
+#include "slurm_pilots.h"
 #include "text.h"
 
-#include <errno.h>
-#include <fcntl.h>
-#include <poll.h>
 #include <pthread.h>
-#include <signal.h>
-#include <spawn.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <sys/wait.h>
 #include <time.h>
-#include <unistd.h>
 
 enum {
-    COMMAND_MS = 20000, /* a command that hangs is ended */
     ARGUMENTS_MAX = 24,
-    HELD_MAX = 64,
-    ARRAY_USUAL = 1001, /* MaxArraySize where Slurm does not say */
+    ARRAYS_AT_ONCE = 8,
+    ARRAY_USUAL = 1001,   /* MaxArraySize where Slurm does not say */
+    PATIENCE_S_MAX = 600, /* between two tries where pilots fail */
+    HUNGER_S = 10         /* who has nothing to do asks more often than that */
 };
-
-extern char **environ;
 
 struct slurm {
     struct slurm_file file;
     struct leases *leases;
-    char url[SLURM_TEXT_SIZE];
-    long array_max;
-    long alive;  /* pilots when they were counted last; -1 = not known */
-    bool silent; /* the last command went wrong */
+    char url[SLURM_TEXT_SIZE], share[SLURM_TEXT_SIZE];
+    struct slurm_pilots *pilots;
+    long array_max;  /* 0 = not known yet */
+    bool accounting; /* sacct knows something */
+    bool told;       /* that a command went wrong */
+    long alive;      /* pilots when they were counted last; -1 = not known */
+    int64_t granted; /* leases at the last look */
+    int64_t fed_s;   /* when one was lent last, or there was nothing to lend */
+    int64_t not_before_s, patience_s;
     pthread_t thread;
-    pthread_mutex_t mutex; /* guards `stopping` */
+    pthread_mutex_t mutex; /* guards `counts`, and waiting for `stopping` */
     pthread_cond_t changed;
-    bool stopping;
+    atomic_bool stopping;
+    struct slurm_counts counts;
 };
 
-static int64_t now_ms(void)
+static int64_t now_s(void)
 {
     struct timespec now;
 
     clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+    return now.tv_sec;
 }
 
 /* ------------------------------------------------------------------ commands */
 
-/* What the command writes, until it ends or time is up; its status, -1 = it was ended. */
-static int listen_to(pid_t pid, int from, struct text *out)
+/* A command of Slurm; its output (malloc'ed), NULL when it went wrong, which is told once. */
+static char *ask(struct slurm *slurm, const char *program, const char **arguments, const char *in)
 {
-    int64_t until = now_ms() + COMMAND_MS;
-    int status = -1;
-    char bytes[4096];
-    ssize_t size = 1;
+    char path[SLURM_TEXT_SIZE + 32];
+    const struct slurm_command command = {.arguments = arguments,
+                                          .in = in,
+                                          .most_ms = slurm->file.timeout_s * 1000,
+                                          .stopping = &slurm->stopping};
+    int status;
+    char *said;
 
-    while (size > 0) {
-        struct pollfd poll_from = {.fd = from, .events = POLLIN};
-        int64_t left = until - now_ms();
-
-        if (left <= 0 || poll(&poll_from, 1, (int)left) == 0)
-            break;
-        size = read(from, bytes, sizeof bytes);
-        if (size > 0)
-            text_add_bytes(out, bytes, (size_t)size);
-        else if (size < 0 && errno == EINTR)
-            size = 1;
+    snprintf(path, sizeof path, "%s%s%s", slurm->file.bin, slurm->file.bin[0] ? "/" : "", program);
+    arguments[0] = path;
+    said = slurm_command_run(&command, &status);
+    if (!said && !slurm->told && !atomic_load(&slurm->stopping)) {
+        log_write(LOG_LEVEL_WARNING, "slurm_silent",
+                  LOG_FIELDS(log_text("command", program), log_integer("status", status)));
+        slurm->told = true;
     }
-    while (waitpid(pid, &status, WNOHANG) == 0) {
-        const struct timespec nap = {.tv_nsec = 10000000};
-
-        if (now_ms() >= until)
-            kill(pid, SIGKILL);
-        nanosleep(&nap, NULL);
-    }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-/* A file in memory, for stdin; -1 = none can be had. */
-static int file_of(const char *text)
-{
-    int fd = memfd_create("stdin", MFD_CLOEXEC);
-    size_t size = strlen(text);
-
-    if (fd >= 0 && (write(fd, text, size) != (ssize_t)size || lseek(fd, 0, SEEK_SET) != 0)) {
-        close(fd);
-        return -1;
-    }
-    return fd;
-}
-
-/* Starts it with signals as programs expect them; 0, or an errno. */
-static int spawn(const char *const *arguments, int in, int out, pid_t *pid)
-{
-    posix_spawn_file_actions_t actions;
-    posix_spawnattr_t attributes;
-    sigset_t none, usual;
-    int code;
-
-    sigemptyset(&none);
-    sigemptyset(&usual);
-    sigaddset(&usual, SIGPIPE);
-    sigaddset(&usual, SIGXFSZ);
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, in, STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    posix_spawnattr_setsigdefault(&attributes, &usual);
-    code =
-        posix_spawnp(pid, arguments[0], &actions, &attributes, (char *const *)arguments, environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&actions);
-    return code;
-}
-
-/* Runs a command of Slurm; its output (malloc'ed), NULL when it went wrong, which is told once. */
-static char *ask(struct slurm *slurm, const char *command, const char **arguments, const char *in)
-{
-    char program[SLURM_TEXT_SIZE + 32];
-    struct text out = {0};
-    int pipes[2] = {-1, -1}, from = file_of(in), status = -1, code;
-    pid_t pid;
-
-    snprintf(program, sizeof program, "%s%s%s", slurm->file.bin, slurm->file.bin[0] ? "/" : "",
-             command);
-    arguments[0] = program;
-    code =
-        from >= 0 && pipe2(pipes, O_CLOEXEC) == 0 ? spawn(arguments, from, pipes[1], &pid) : errno;
-    if (pipes[1] >= 0)
-        close(pipes[1]);
-    if (code == 0) {
-        text_add(&out, "%s", "");
-        status = listen_to(pid, pipes[0], &out);
-    }
-    if (pipes[0] >= 0)
-        close(pipes[0]);
-    if (from >= 0)
-        close(from);
-    char *said = text_take(&out);
-    if (code != 0 || status != 0) {
-        if (!slurm->silent)
-            log_write(LOG_LEVEL_WARNING, "slurm_silent",
-                      LOG_FIELDS(log_text("command", command), log_integer("status", status),
-                                 log_integer("errno", code)));
-        slurm->silent = true;
-        free(said);
-        return NULL;
-    }
+    pthread_mutex_lock(&slurm->mutex);
+    slurm->counts.answers = said != NULL;
+    pthread_mutex_unlock(&slurm->mutex);
     return said;
+}
+
+/* Tasks of one array, and whether there is accounting. */
+static void ask_configuration(struct slurm *slurm)
+{
+    const char *arguments[] = {NULL, "show", "config", NULL};
+    char *said = ask(slurm, "scontrol", arguments, ""), *line;
+
+    if (said && (line = strstr(said, "MaxArraySize")))
+        slurm->array_max = strtol(line + strcspn(line, "0123456789\n"), NULL, 10);
+    if (said && slurm->array_max < 1)
+        slurm->array_max = 1;
+    if (said && (line = strstr(said, "AccountingStorageType"))) {
+        line[strcspn(line, "\n")] = '\0';
+        slurm->accounting = !strstr(line, "accounting_storage/none") && !strstr(line, "(null)");
+    }
+    free(said);
 }
 
 /* ------------------------------------------------------------------- pilots */
 
-/* Tasks that Slurm could not launch, and holds until somebody looks at them (their node died): they
- * go, for they would wait for ever. */
-static void drop_held(struct slurm *slurm, char *const *ids, size_t count)
+/* Tasks that wait for ever, or for too long. */
+static void drop(struct slurm *slurm, const struct pilots_some *some)
 {
-    const char *arguments[HELD_MAX + 2] = {NULL};
+    const char *arguments[PILOTS_SOME_MAX + 2] = {NULL};
     char *said;
 
-    for (size_t i = 0; i < count; i++)
-        arguments[i + 1] = ids[i];
+    if (some->count == 0)
+        return;
+    for (size_t i = 0; i < some->count; i++)
+        arguments[i + 1] = some->id[i];
     said = ask(slurm, "scancel", arguments, "");
     if (said)
-        log_write(LOG_LEVEL_WARNING, "slurm_held_dropped",
-                  LOG_FIELDS(log_text("job", ids[0]), log_integer("pilots", (int64_t)count)));
+        log_write(
+            LOG_LEVEL_WARNING, "slurm_held_dropped",
+            LOG_FIELDS(log_text("job", some->id[0]), log_integer("pilots", (int64_t)some->count)));
     free(said);
 }
 
-/* Pilots that wait or run, also those of a daemon before this one; -1 = Slurm does not say. */
-static long count_pilots(struct slurm *slurm)
+/* Ends that squeue did not live to tell. */
+static void ask_accounting(struct slurm *slurm, struct pilots_ended *ended)
 {
-    const char *arguments[] = {NULL,     "--noheader",     "--array",        "--me",
-                               "--name", slurm->file.name, "--format=%i %r", NULL};
-    char *said = ask(slurm, "squeue", arguments, ""), *rest = said, *line;
-    char *held[HELD_MAX];
-    size_t held_count = 0;
-    long count = said ? 0 : -1;
+    char jobs[512], *said;
+    const char *arguments[] = {NULL,     "--noheader", "--parsable2",          "--allocations",
+                               "--jobs", jobs,         "--format=JobID,State", NULL};
 
-    while (said && (line = strsep(&rest, "\n"))) {
-        if (!*line)
-            continue;
-        if (!strstr(line, " launch failed requeued held")) {
-            count++;
-        } else if (held_count < HELD_MAX) {
-            line[strcspn(line, " ")] = '\0';
-            held[held_count++] = line;
-        }
+    if (!slurm_pilots_missing(slurm->pilots, jobs, sizeof jobs))
+        return;
+    if (slurm->accounting) {
+        said = ask(slurm, "sacct", arguments, "");
+        if (!said)
+            return; /* another time */
+        slurm_pilots_accounted(slurm->pilots, said, ended);
+        free(said);
     }
-    if (held_count > 0)
-        drop_held(slurm, held, held_count);
-    free(said);
-    return count;
+    slurm_pilots_forget(slurm->pilots);
 }
 
-/* Tasks of one array. */
-static long ask_array_max(struct slurm *slurm)
+/* The next ones are asked for later and later. */
+static void be_patient(struct slurm *slurm)
 {
-    const char *arguments[] = {NULL, "show", "config", NULL};
-    char *said = ask(slurm, "scontrol", arguments, ""), *line;
-    long max = 0;
+    slurm->patience_s = slurm->patience_s > 0 ? 2 * slurm->patience_s : slurm->file.poll_s;
+    if (slurm->patience_s > PATIENCE_S_MAX)
+        slurm->patience_s = PATIENCE_S_MAX;
+    slurm->not_before_s = now_s() + slurm->patience_s;
+}
 
-    line = said ? strstr(said, "MaxArraySize") : NULL;
-    if (line)
-        max = strtol(line + strcspn(line, "0123456789\n"), NULL, 10);
+/* Pilots that fail would fail again; until they do not, and are lent something. */
+static void note_ended(struct slurm *slurm, const struct pilots_ended *ended, int64_t granted)
+{
+    if (ended->badly > 0) {
+        be_patient(slurm);
+        log_write(LOG_LEVEL_WARNING, "slurm_pilots_failed",
+                  LOG_FIELDS(log_text("job", ended->worst), log_text("state", ended->state),
+                             log_integer("pilots", ended->badly),
+                             log_integer("wait_seconds", slurm->patience_s)));
+    } else if (granted > slurm->granted) {
+        slurm->patience_s = slurm->not_before_s = 0;
+    }
+    slurm->granted = granted;
+}
+
+/* One question for all of them, also those of a daemon before this one. False = Slurm does not
+ * say. */
+static bool see(struct slurm *slurm, struct pilots_seen *seen, int64_t granted)
+{
+    const char *arguments[] = {NULL,     "--noheader",     "--array",      "--me",
+                               "--name", slurm->file.name, "--states=all", "--format=%i %T %r",
+                               NULL};
+    char *said = ask(slurm, "squeue", arguments, "");
+    struct pilots_ended ended = {0};
+
+    if (!said)
+        return false;
+    slurm_pilots_queue(slurm->pilots, said, seen, &ended);
     free(said);
-    return max;
+    if (slurm->array_max == 0)
+        ask_configuration(slurm);
+    ask_accounting(slurm, &ended);
+    drop(slurm, &seen->held);
+    note_ended(slurm, &ended, granted);
+    pthread_mutex_lock(&slurm->mutex);
+    slurm->counts.waiting = seen->waiting + (long)seen->late.count;
+    slurm->counts.running = seen->running;
+    slurm->counts.failed += ended.badly;
+    pthread_mutex_unlock(&slurm->mutex);
+    return true;
 }
 
 /* What a node runs. Values have no character that a shell would take for something else. */
@@ -224,14 +193,20 @@ static char *script_of(const struct slurm *slurm)
     text_add(&text, "#!/bin/sh\n");
     if (file->modules[0])
         text_add(&text, ". /etc/profile\nmodule load %s || exit 1\n", file->modules);
-    text_add(&text, "exec %s worker --url %s --idle %ld", file->command, slurm->url, file->idle_s);
-    if (file->token_file[0])
+    text_add(&text, "exec %s worker --idle %ld", file->command, file->idle_s);
+    if (slurm->share[0])
+        text_add(&text, " --share %s", slurm->share);
+    else
+        text_add(&text, " --url %s", slurm->url);
+    if (file->token_file[0] && !slurm->share[0])
         text_add(&text, " --token-file %s", file->token_file);
-    text_add(&text, " --name \"$(hostname):${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"\n");
+    text_add(&text, " --name \"$(hostname):${SLURM_ARRAY_JOB_ID:-$SLURM_JOB_ID}"
+                    "_${SLURM_ARRAY_TASK_ID:-0}\"\n");
     return text_take(&text);
 }
 
-static void submit(struct slurm *slurm, long pilots)
+/* One array. False = it was not taken. */
+static bool submit(struct slurm *slurm, long tasks)
 {
     const struct slurm_file *file = &slurm->file;
     const struct {
@@ -240,20 +215,17 @@ static void submit(struct slurm *slurm, long pilots)
                   {"--qos", file->qos},         {"--constraint", file->constraint},
                   {"--time", file->time},       {"--mem", file->memory}};
     char array[48];
-    const char *arguments[ARGUMENTS_MAX] = {NULL,
-                                            "--parsable",
-                                            "--requeue",
-                                            "--signal=B:TERM@60",
-                                            "--ntasks=1",
-                                            "--cpus-per-task=1",
-                                            "--output=/dev/null",
-                                            "--job-name",
-                                            file->name,
-                                            array};
-    size_t count = 10;
+    const char *arguments[ARGUMENTS_MAX] = {
+        NULL,         "--parsable",        "--requeue",          "--signal=B:TERM@60",
+        "--ntasks=1", "--cpus-per-task=1", "--output=/dev/null", "--job-name",
+        file->name};
+    size_t count = 9;
     char *script = script_of(slurm), *said = NULL;
+    bool taken;
 
-    snprintf(array, sizeof array, "--array=0-%ld", pilots - 1);
+    snprintf(array, sizeof array, "--array=0-%ld", tasks - 1);
+    if (slurm->array_max > 1) /* else there are no arrays */
+        arguments[count++] = array;
     for (size_t i = 0; i < sizeof wishes / sizeof wishes[0]; i++) {
         if (!wishes[i].value[0])
             continue;
@@ -262,64 +234,100 @@ static void submit(struct slurm *slurm, long pilots)
     }
     if (script)
         said = ask(slurm, "sbatch", arguments, script);
-    if (said) {
+    taken = said && slurm_pilots_submitted(slurm->pilots, said, tasks);
+    if (taken) {
         said[strcspn(said, ";\n")] = '\0';
         log_write(LOG_LEVEL_INFO, "slurm_pilots",
-                  LOG_FIELDS(log_text("job", said), log_integer("pilots", pilots)));
+                  LOG_FIELDS(log_text("job", said), log_integer("pilots", tasks)));
+        pthread_mutex_lock(&slurm->mutex);
+        slurm->counts.submitted += tasks;
+        pthread_mutex_unlock(&slurm->mutex);
     }
     free(script);
     free(said);
+    return taken;
+}
+
+/* Pilots that have a chunk or will come for one. Slurm takes those of a dead node for running until
+ * it has waited for it long enough: of pilots that leave chunks lying only those that have one
+ * count. */
+static long coming(const struct slurm *slurm, const struct lease_counts *counts,
+                   const struct pilots_seen *seen)
+{
+    long held = (long)counts->held;
+
+    if (now_s() - slurm->fed_s < HUNGER_S || seen->running < held)
+        return seen->waiting + seen->running;
+    return seen->waiting + held;
 }
 
 /* As many more pilots as there are chunks that nobody will come for. */
 static void look(struct slurm *slurm)
 {
     struct lease_counts counts;
-    long alive, more;
+    struct pilots_seen seen;
+    long more, most;
 
     leases_count(slurm->leases, &counts);
+    if (counts.offered == 0 || counts.granted > slurm->granted)
+        slurm->fed_s = now_s();
     if (counts.offered == 0 && slurm->alive == 0)
         return;
-    alive = count_pilots(slurm);
-    slurm->alive = alive;
-    if (alive >= 0 && slurm->array_max == 0)
-        slurm->array_max = ask_array_max(slurm);
-    if (alive < 0)
+    slurm->alive = -1;
+    if (!see(slurm, &seen, counts.granted))
         return;
-    slurm->silent = false;
-    more = (long)(counts.offered + counts.held);
-    if (more > slurm->file.pilots)
-        more = slurm->file.pilots;
-    more -= alive;
-    if (more > (slurm->array_max > 0 ? slurm->array_max : ARRAY_USUAL))
-        more = slurm->array_max > 0 ? slurm->array_max : ARRAY_USUAL;
-    if (more > 0 && counts.offered > 0)
-        submit(slurm, more);
+    slurm->told = false;
+    slurm->alive = seen.waiting + seen.running + (long)seen.late.count;
+    more = (long)(counts.offered + counts.held) - coming(slurm, &counts, &seen);
+    most = slurm->file.pilots - slurm->alive;
+    if (counts.offered == 0 || now_s() < slurm->not_before_s)
+        return;
+    if (more > most && seen.late.count > 0) { /* they are in the way */
+        drop(slurm, &seen.late);
+        most += (long)seen.late.count;
+    }
+    more = more < most ? more : most;
+    most = slurm->array_max > 0 ? slurm->array_max : ARRAY_USUAL;
+    for (int i = 0; i < ARRAYS_AT_ONCE && more > 0; i++, more -= most) {
+        slurm->fed_s = now_s(); /* they will come */
+        if (!submit(slurm, more < most ? more : most)) {
+            be_patient(slurm);
+            break;
+        }
+    }
 }
+
+/* --------------------------------------------------------------------- thread */
 
 static void *slurm_main(void *context)
 {
     struct slurm *slurm = context;
     struct timespec until;
 
-    pthread_mutex_lock(&slurm->mutex);
-    while (!slurm->stopping) {
+    while (!atomic_load(&slurm->stopping)) {
         int code = 0;
 
-        pthread_mutex_unlock(&slurm->mutex);
         look(slurm);
-        pthread_mutex_lock(&slurm->mutex);
         clock_gettime(CLOCK_REALTIME, &until);
         until.tv_sec += slurm->file.poll_s;
-        while (code == 0 && !slurm->stopping)
+        pthread_mutex_lock(&slurm->mutex);
+        while (code == 0 && !atomic_load(&slurm->stopping))
             code = pthread_cond_timedwait(&slurm->changed, &slurm->mutex, &until);
+        pthread_mutex_unlock(&slurm->mutex);
     }
-    pthread_mutex_unlock(&slurm->mutex);
     return NULL;
 }
 
-struct slurm *slurm_start(const char *path, struct leases *leases, const char *url, char *reason,
-                          size_t size)
+static void slurm_free(struct slurm *slurm)
+{
+    pthread_cond_destroy(&slurm->changed);
+    pthread_mutex_destroy(&slurm->mutex);
+    slurm_pilots_free(slurm->pilots);
+    free(slurm);
+}
+
+struct slurm *slurm_start(const char *path, struct leases *leases, const struct slurm_way *way,
+                          char *reason, size_t size)
 {
     struct slurm *slurm = calloc(1, sizeof *slurm);
 
@@ -329,18 +337,26 @@ struct slurm *slurm_start(const char *path, struct leases *leases, const char *u
     }
     slurm->leases = leases;
     slurm->alive = -1; /* there may be some of a daemon before this one */
+    slurm->fed_s = now_s();
+    slurm->counts.answers = true;
+    slurm->pilots = slurm_pilots_create();
     pthread_mutex_init(&slurm->mutex, NULL);
     pthread_cond_init(&slurm->changed, NULL);
-    if (!slurm_file_read(path, &slurm->file, reason, size))
-        goto cleanup;
-    snprintf(slurm->url, sizeof slurm->url, "%s", slurm->file.url[0] ? slurm->file.url : url);
-    if (pthread_create(&slurm->thread, NULL, slurm_main, slurm) == 0)
-        return slurm;
-    snprintf(reason, size, "no thread can be had");
-cleanup:
-    pthread_cond_destroy(&slurm->changed);
-    pthread_mutex_destroy(&slurm->mutex);
-    free(slurm);
+    if (!slurm->pilots) {
+        snprintf(reason, size, "out of memory");
+    } else if (!slurm_file_read(path, &slurm->file, reason, size)) {
+        /* it has said why */
+    } else if (way->share && !slurm_file_harmless(way->share)) {
+        snprintf(reason, size, "nodes cannot be told of a directory of this name: %s", way->share);
+    } else {
+        snprintf(slurm->url, sizeof slurm->url, "%s",
+                 slurm->file.url[0] ? slurm->file.url : way->url);
+        snprintf(slurm->share, sizeof slurm->share, "%s", way->share ? way->share : "");
+        if (pthread_create(&slurm->thread, NULL, slurm_main, slurm) == 0)
+            return slurm;
+        snprintf(reason, size, "no thread can be had");
+    }
+    slurm_free(slurm);
     return NULL;
 }
 
@@ -349,11 +365,16 @@ void slurm_stop(struct slurm *slurm)
     if (!slurm)
         return;
     pthread_mutex_lock(&slurm->mutex);
-    slurm->stopping = true;
+    atomic_store(&slurm->stopping, true);
     pthread_cond_signal(&slurm->changed);
     pthread_mutex_unlock(&slurm->mutex);
     pthread_join(slurm->thread, NULL);
-    pthread_cond_destroy(&slurm->changed);
-    pthread_mutex_destroy(&slurm->mutex);
-    free(slurm);
+    slurm_free(slurm);
+}
+
+void slurm_count(struct slurm *slurm, struct slurm_counts *counts)
+{
+    pthread_mutex_lock(&slurm->mutex);
+    *counts = slurm->counts;
+    pthread_mutex_unlock(&slurm->mutex);
 }

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char harmless[] =
-    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:@%+=,-[]";
+#define HARMLESS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:@%+=,-[]"
+static const char harmless[] = HARMLESS, harmless_or_blank[] = HARMLESS " ";
 
 static const struct {
     const char *key;
@@ -37,6 +37,7 @@ static const struct {
     {"pilots", offsetof(struct slurm_file, pilots), 1, SLURM_PILOTS_MAX},
     {"poll", offsetof(struct slurm_file, poll_s), 1, 3600},
     {"idle", offsetof(struct slurm_file, idle_s), 1, 86400},
+    {"timeout", offsetof(struct slurm_file, timeout_s), 1, 600},
 };
 
 /* NULL, or what is wrong with it. */
@@ -46,9 +47,8 @@ static const char *set(struct slurm_file *file, const char *key, const char *val
         char *to = (char *)file + texts[i].offset;
         if (strcmp(key, texts[i].key) != 0)
             continue;
-        for (const char *c = value; *c; c++)
-            if (!strchr(harmless, *c) && !(texts[i].blanks && *c == ' '))
-                return "its value has a character that it may not have";
+        if (value[strspn(value, texts[i].blanks ? harmless_or_blank : harmless)])
+            return "its value has a character that it may not have";
         if (strlen(value) >= SLURM_TEXT_SIZE)
             return "its value is too long";
         strcpy(to, value);
@@ -67,6 +67,11 @@ static const char *set(struct slurm_file *file, const char *key, const char *val
     return "there is no such key";
 }
 
+bool slurm_file_harmless(const char *value)
+{
+    return value[0] && strlen(value) < SLURM_TEXT_SIZE && !value[strspn(value, harmless)];
+}
+
 static char *trim(char *text)
 {
     text += strspn(text, " \t");
@@ -81,8 +86,12 @@ bool slurm_file_read(const char *path, struct slurm_file *file, char *reason, si
     FILE *from = fopen(path, "re");
     char line[1024];
     const char *wrong = NULL;
-    *file = (struct slurm_file){
-        .pilots = 16, .poll_s = 10, .idle_s = 60, .name = "bcdd", .command = "bcd"};
+    *file = (struct slurm_file){.pilots = 16,
+                                .poll_s = 10,
+                                .idle_s = 60,
+                                .timeout_s = 20,
+                                .name = "bcdd",
+                                .command = "bcd"};
     if (!from) {
         snprintf(reason, size, "%s: %s", path, strerror(errno));
         return false;

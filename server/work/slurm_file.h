@@ -10,6 +10,7 @@ enum { SLURM_TEXT_SIZE = 256, SLURM_PILOTS_MAX = 10000 };
 
 struct slurm_file {
     long pilots, poll_s, idle_s; /* at most at a time; between two looks; idle pilots end */
+    long timeout_s;              /* of each command */
     char command[SLURM_TEXT_SIZE], url[SLURM_TEXT_SIZE], token_file[SLURM_TEXT_SIZE];
     char bin[SLURM_TEXT_SIZE]; /* where sbatch and the others are; "" = in PATH */
     char name[SLURM_TEXT_SIZE], account[SLURM_TEXT_SIZE], partition[SLURM_TEXT_SIZE];
@@ -20,5 +21,8 @@ struct slurm_file {
 /* False with words in reason (file, line, what is wrong). Values hold no character that means
  * something to a shell. */
 bool slurm_file_read(const char *path, struct slurm_file *file, char *reason, size_t size);
+
+/* Whether a value has only such characters, and room. */
+bool slurm_file_harmless(const char *value);
 
 #endif
