@@ -236,19 +236,24 @@ static bool measure_scaling(struct text *json)
     if (bench_scaling_measure(&s) != BENCH_DONE)
         return false;
     printf("\ntwo workers, %lld chunks of bcd, sparse, %lld rods: %.3f s and %.3f s, %.2f times as "
-           "fast\n(%.2f if none ever waited; others kept %.2f cores busy meanwhile)\n",
-           (long long)s.chunks, (long long)s.particles, s.seconds[0], s.seconds[1], s.speedup,
-           s.possible, s.others);
+           "fast\n(the machine gives two processes that share nothing %.2f, of which this is %.3f; "
+           "%.2f if no\nworker ever waited; others kept %.2f cores busy meanwhile)\n",
+           (long long)s.chunks, (long long)s.particles, s.seconds[BENCH_ONE], s.seconds[BENCH_TWO],
+           s.speedup, s.machine, s.share, s.possible, s.others);
     add_separator(json);
     text_add(json,
              "{\"scene\":\"sparse\",\"method\":\"bcd\",\"particles\":%lld,"
              "\"realizations\":%lld,\"chunks\":%lld,\"threads\":2",
              (long long)s.particles, (long long)s.realizations, (long long)s.chunks);
-    add_number(json, "seconds_one_worker", s.seconds[0]);
-    add_number(json, "seconds_two_workers", s.seconds[1]);
-    add_number(json, "core_seconds_one_worker", s.core_seconds[0]);
-    add_number(json, "core_seconds_two_workers", s.core_seconds[1]);
+    add_number(json, "seconds_one_worker", s.seconds[BENCH_ONE]);
+    add_number(json, "seconds_two_workers", s.seconds[BENCH_TWO]);
+    add_number(json, "seconds_two_processes", s.seconds[BENCH_APART]);
+    add_number(json, "core_seconds_one_worker", s.core_seconds[BENCH_ONE]);
+    add_number(json, "core_seconds_two_workers", s.core_seconds[BENCH_TWO]);
+    add_number(json, "core_seconds_two_processes", s.core_seconds[BENCH_APART]);
     add_number(json, "speedup", s.speedup);
+    add_number(json, "speedup_of_two_processes", s.machine);
+    add_number(json, "share_of_two_processes", s.share);
     add_number(json, "speedup_without_waiting", s.possible);
     add_number(json, "cores_used_by_others", s.others);
     text_add(json, "}");

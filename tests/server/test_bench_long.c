@@ -121,34 +121,37 @@ static void test_observables(void **state)
 
 /* ------------------------------------------------------------------- workers */
 
-/* What others do to the cores is measured along: where they keep more than 2 % of one busy, the
- * clock tells nothing about us. The best of three quiet tries counts, for what slows two cores at
- * once from outside can only add; without a quiet one the test is skipped. */
+/* The goal is 1.9; where the machine gives less than that to two processes that share nothing, what
+ * it gives but for a part of the last chunk. What others do to the cores is measured along: where
+ * they keep more than 2 % of one busy, the clock tells nothing about us. The best of three quiet
+ * tries counts, for what slows two cores at once from outside can only add; without a quiet one the
+ * test is skipped. */
 static void test_two_workers(void **state)
 {
     (void)state;
     enum { TRIES_MAX = 12 };
-    const double goal = 1.9, most = 0.02;
-    double best = 0;
+    const double goal = 1.9, of_machine = 0.97, most = 0.02;
+    bool good = false;
     int quiet = 0;
     if (SANITIZED)
         skip();
-    for (int k = 0; k < TRIES_MAX && quiet < TRIES && best < goal; k++) {
+    for (int k = 0; k < TRIES_MAX && quiet < TRIES && !good; k++) {
         struct bench_scaling s;
         assert_int_equal(bench_scaling_measure(&s), BENCH_DONE);
-        print_message("%.3f s, %.3f s with two workers: %.3f times as fast; without waiting %.3f; "
-                      "others used %.3f cores\n",
-                      s.seconds[0], s.seconds[1], s.speedup, s.possible, s.others);
+        print_message("%.3f s, %.3f s with two workers: %.3f times as fast; two processes %.3f; "
+                      "without waiting %.3f; others used %.3f cores\n",
+                      s.seconds[BENCH_ONE], s.seconds[BENCH_TWO], s.speedup, s.machine, s.possible,
+                      s.others);
         if (!(s.others <= most))
             continue;
         quiet++;
-        best = fmax(best, s.speedup);
+        good = s.speedup >= goal || s.share >= of_machine;
     }
     if (quiet == 0) {
         print_message("cores are busy with other work, or fewer than two: nothing can be told\n");
         skip();
     }
-    assert_true(best >= goal);
+    assert_true(good);
 }
 
 int main(void)
