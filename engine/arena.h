@@ -16,11 +16,17 @@ struct arena {
 
 enum { ARENA_ALIGNMENT = 64 };
 
+/* What `size` bytes take. */
+static inline size_t arena_rounded(size_t size)
+{
+    return (size + ARENA_ALIGNMENT - 1) / ARENA_ALIGNMENT * ARENA_ALIGNMENT;
+}
+
 /* `size` bytes, aligned; NULL while counting. */
 static inline void *arena_take(struct arena *arena, size_t size)
 {
     void *at = arena->bytes ? arena->bytes + arena->used : NULL;
-    arena->used += (size + ARENA_ALIGNMENT - 1) / ARENA_ALIGNMENT * ARENA_ALIGNMENT;
+    arena->used += arena_rounded(size);
     return at;
 }
 

@@ -5,7 +5,8 @@
  * A job travels through five objects, in this order:
  *
  *   bcd_scene   what is to be simulated: parameters and parts, checked and completed with defaults
- *   bcd_run     one chunk of it in motion: a few realizations, advanced in slices of ticks
+ *   bcd_run     one chunk of it in motion: a few realizations, advanced in slices of ticks; several
+ *               of them may go together as a bcd_team
  *   bcd_tally   what the runs measured: means and variances over independent samples
  *   bcd_table   the result of one observable: named columns, ready to be shown
  *
@@ -310,7 +311,8 @@ int64_t bcd_run_ticks_done(const struct bcd_run *run);
 int64_t bcd_run_ticks_total(const struct bcd_run *run);
 
 /* Checkpoint: a run restored from `bytes` into a freshly created run of the same scene and chunk
- * goes on bit for bit. _save writes exactly _checkpoint_size bytes. */
+ * goes on bit for bit. _save writes exactly _checkpoint_size bytes. On failure the run is as it
+ * was. */
 size_t bcd_run_checkpoint_size(const struct bcd_run *run);
 void bcd_run_save(const struct bcd_run *run, void *bytes);
 enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t size,
@@ -327,6 +329,37 @@ void bcd_run_checkpoint_head(const struct bcd_run *run, void *head, uint64_t *su
 
 /* What a finished run measured. Borrowed from the run. */
 const struct bcd_tally *bcd_run_tally(const struct bcd_run *run);
+
+/* -------------------------------------------------------------------- team */
+
+/* Runs of consecutive chunks that are advanced together: small rings go side by side, which takes
+ * less time, and each run remains bit for bit what it is alone, at any time between two calls, its
+ * checkpoints included. */
+struct bcd_team;
+
+/* How many chunks are worth it: 1, or a power of two where chunks hold one realization of a small
+ * ring. Any power of two below is possible as well. */
+int64_t bcd_scene_team(const struct bcd_scene *scene);
+
+struct bcd_team_wanted {
+    const struct bcd_scene *scene; /* prepared; borrowed until the team is freed */
+    int64_t first, count;          /* chunks; count: a power of two up to bcd_scene_team */
+    struct bcd_watch *watch;       /* of all its runs; may be NULL; borrowed likewise */
+};
+
+/* Makes the runs ready as bcd_run_create_watched does. They are the team's own: borrowed from it to
+ * be saved, restored, continued, or for their tallies. They need not all be equally far: those that
+ * are behind catch up first. */
+enum bcd_status bcd_team_create(struct bcd_team **team, const struct bcd_team_wanted *wanted,
+                                struct bcd_error *error);
+void bcd_team_free(struct bcd_team *team);
+int64_t bcd_team_count(const struct bcd_team *team);
+struct bcd_run *bcd_team_run(const struct bcd_team *team, int64_t index);
+
+/* As for a run, ticks of all runs counted together. */
+enum bcd_status bcd_team_advance(struct bcd_team *team, int64_t ticks, struct bcd_error *error);
+int64_t bcd_team_ticks_done(const struct bcd_team *team);
+int64_t bcd_team_ticks_total(const struct bcd_team *team);
 
 /* ------------------------------------------------------------------- tally */
 

@@ -136,7 +136,9 @@ struct method_type {
     /* Does it give the exact law here at any time step, of motion or (not dynamic) of positions in
      * equilibrium? NULL = never. */
     bool (*exact)(const struct plan *plan, bool dynamic);
-    bool lanes;    /* advances several lanes at once (sim.h); begin makes them all ready */
+    /* Advances several lanes at once (sim.h); begin makes them all ready. What it keeps are numbers
+     * for rods alone (sim_take_rods). */
+    bool lanes;
     bool any_step; /* no step is so long that profiles melt or interactions fall silent */
     /* The largest step that keeps the tolerance (L1 error of the density). */
     struct step_limit (*time_step)(const struct plan *plan);

@@ -12,6 +12,7 @@
 #include "blob.h"
 #include "nominal.h"
 #include "plan_step.h"
+#include "run.h"
 #include "scene.h"
 #include "status.h"
 #include "step_error.h"
@@ -26,7 +27,6 @@
 enum {
     OBSERVERS_MAX = VIEWS * SCENE_PARTS_MAX,
     RECENTRE_STEPS = 1 << 16,
-    LANES_RODS = 128, /* of all lanes together, at most */
 };
 
 /* Kept in checkpoints. */
@@ -51,6 +51,7 @@ struct bcd_run {
     double *values; /* [tally.count] of the block that ends, scratch */
     double *paired; /* [lanes][blocks of a second pass][tally.count] of the first pass, kept */
     struct arena kept, scratch;
+    size_t methods_own;      /* where in `kept` that of the method begins: the last of it */
     struct bcd_watch *watch; /* may be NULL */
     double watched_bytes;    /* that it knows of */
     enum bcd_status status;  /* not OK: a realization could not begin */
@@ -65,19 +66,6 @@ static int64_t paired_among(const struct bcd_run *run, int64_t realizations)
     for (int64_t i = 0; i < realizations; i++)
         paired += plan_is_paired(run->plan, run->first + i);
     return paired;
-}
-
-/* How many realizations of the chunk may go side by side: all that there is room for in the first
- * level cache, so far as there are so many. */
-static int64_t lanes_of(const struct plan *plan, int64_t count)
-{
-    int64_t lanes = 1;
-    if (!plan->method->lanes || (plan->field && !plan->potential->lanes))
-        return 1;
-    while (2 * lanes <= count && 2 * lanes <= LANES_MAX &&
-           2 * lanes * arena_whole(plan->particles) <= LANES_RODS)
-        lanes *= 2;
-    return lanes;
 }
 
 static void add_observer(struct bcd_run *run, const struct scene_part *part,
@@ -138,7 +126,7 @@ static void lay_out(struct bcd_run *run)
     const struct plan *plan = run->plan;
     run->kept.used = run->scratch.used = 0;
     run->progress = arena_take(&run->kept, sizeof *run->progress);
-    run->lanes = lanes_of(plan, run->count);
+    run->lanes = run_lanes(plan, run->count);
     sim_layout_lanes(&run->sim, plan, run->lanes, &run->kept, &run->scratch);
     run->observer_count = 0;
     size_t values = lay_out_first_pass(run);
@@ -150,6 +138,7 @@ static void lay_out(struct bcd_run *run)
     }
     tally_layout(&run->tally, run->scene, values, &run->kept);
     run->values = arena_take(&run->scratch, values * sizeof *run->values);
+    run->methods_own = run->kept.used;
     plan->method->layout(&run->sim, &run->kept, &run->scratch);
 }
 
@@ -367,8 +356,7 @@ static void end_block(struct bcd_run *run)
     run->progress->block++;
 }
 
-/* The tick (of the realization) of whatever comes next. */
-static int64_t next_stop(const struct bcd_run *run)
+int64_t run_next_stop(const struct bcd_run *run)
 {
     const struct plan *plan = run->sim.plan;
     int64_t tick = run->sim.clock->tick;
@@ -437,25 +425,46 @@ static enum bcd_status attend(struct bcd_run *run, struct bcd_error *error)
     return measured == plan->steps ? next_pass(run, error) : BCD_OK;
 }
 
+enum bcd_status run_arrive(struct bcd_run *run, struct bcd_error *error)
+{
+    run->status = attend(run, error);
+    /* Last, so that looks see contacts across the seam as the method left them. */
+    if (run->sim.clock->tick % RECENTRE_STEPS == 0)
+        sim_recentre(&run->sim);
+    return run->status;
+}
+
 enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_error *error)
 {
     while (ticks > 0 && !finished(run) && !run->status) {
         const int64_t lanes = run->sim.lanes, most = (ticks + lanes - 1) / lanes;
-        int64_t go = next_stop(run) - run->sim.clock->tick;
+        int64_t go = run_next_stop(run) - run->sim.clock->tick;
         bool arrive = go <= most;
         go = arrive ? go : most;
         run->plan->method->advance(&run->sim, go);
         for (int64_t lane = 1; lane < lanes; lane++)
             run->sim.clock[lane].tick = run->sim.clock->tick;
         ticks -= go * lanes;
-        if (!arrive)
-            continue;
-        run->status = attend(run, error);
-        /* Last, so that looks see contacts across the seam as the method left them. */
-        if (run->sim.clock->tick % RECENTRE_STEPS == 0)
-            sim_recentre(&run->sim);
+        if (arrive)
+            run_arrive(run, error);
     }
     return run->status;
+}
+
+struct sim *run_sim(struct bcd_run *run)
+{
+    return &run->sim;
+}
+
+bool run_in_first_pass(const struct bcd_run *run)
+{
+    return !finished(run) && !run->progress->second_pass;
+}
+
+void *run_methods_own(const struct bcd_run *run, size_t *size)
+{
+    *size = run->kept.used - run->methods_own;
+    return run->kept.bytes + run->methods_own;
 }
 
 int64_t bcd_run_ticks_done(const struct bcd_run *run)
@@ -564,17 +573,6 @@ enum bcd_status bcd_run_restore(struct bcd_run *run, const void *bytes, size_t s
 }
 
 /* ---------------------------------------------------------------- estimate */
-
-int64_t bcd_scene_chunks(const struct bcd_scene *scene)
-{
-    return scene->plan.chunks;
-}
-
-int64_t bcd_scene_realizations(const struct bcd_scene *scene, int64_t chunks)
-{
-    const struct plan *plan = &scene->plan;
-    return chunks < plan->chunks ? chunks * plan->per_chunk : plan->realizations;
-}
 
 void bcd_scene_estimate(const struct bcd_scene *scene, struct bcd_estimate *estimate)
 {

@@ -488,3 +488,16 @@ uint64_t scene_family(const struct bcd_scene *scene)
     encode_scene(&e, scene);
     return e.hash;
 }
+
+/* ------------------------------------------------------------------ chunks */
+
+int64_t bcd_scene_chunks(const struct bcd_scene *scene)
+{
+    return scene->plan.chunks;
+}
+
+int64_t bcd_scene_realizations(const struct bcd_scene *scene, int64_t chunks)
+{
+    const struct plan *plan = &scene->plan;
+    return chunks < plan->chunks ? chunks * plan->per_chunk : plan->realizations;
+}

@@ -2,7 +2,8 @@
  *
  * cli_simulate.c - see cli_simulate.h. Besides worker.c the only file that moves runs.
  *
- * THREADS  Workers take chunks by number; each owns its run alone. Tallies are merged under
+ * THREADS  Workers take chunks by number, several at once where small rings go side by side; each
+ *          owns its runs alone. Tallies are merged under
  *          `mutex` in the order of the chunks, as bytes and in the same steps as in the daemon, so
  *          that the result depends on neither workers nor chance. At each milestone of a job with a
  *          target they wait for the verdict. The main thread shows progress and takes the signals,
@@ -25,20 +26,21 @@
 
 enum { BAR_WIDTH = 30, SHOW_MS = 200, SLICE_GROWTH_MAX = 4 };
 
-/* One worker's chunk in motion, for the progress bar. */
+/* One worker's chunks in motion, for the progress bar. */
 struct motion {
     _Atomic int64_t done, total; /* ticks; total 0 = none in motion */
+    _Atomic int64_t chunks;
 };
 
 struct job {
     const struct bcd_scene *scene;
     const char *label;
-    int64_t chunks;
+    int64_t chunks, team;   /* team: as many go side by side at most */
     atomic_bool stop;       /* a signal, or a worker that failed */
     _Atomic int64_t ticks;  /* of finished chunks */
     _Atomic int64_t cpu_ns; /* of ended workers */
     struct motion *motion;  /* [workers] */
-    size_t workers;
+    size_t workers, wanted; /* threads that there are, and that there should be */
     pthread_mutex_t mutex;  /* guards what follows */
     pthread_cond_t changed; /* a worker ended, or more chunks may be taken */
     size_t ended;
@@ -70,6 +72,7 @@ int cli_simulate(struct cli_simulation *simulation)
     struct job job = {.scene = scene,
                       .label = simulation->label,
                       .chunks = bcd_scene_chunks(scene),
+                      .team = bcd_scene_team(scene),
                       .goal = bcd_scene_goal(scene, 0),
                       .mutex = PTHREAD_MUTEX_INITIALIZER,
                       .changed = PTHREAD_COND_INITIALIZER};
@@ -77,6 +80,7 @@ int cli_simulate(struct cli_simulation *simulation)
     choose_signals(&signals);
     simulation->tally = NULL;
     job.workers = (size_t)(simulation->workers < job.chunks ? simulation->workers : job.chunks);
+    job.wanted = job.workers;
     job.motion = calloc(job.workers, sizeof *job.motion);
     job.waiting = calloc((size_t)job.chunks, sizeof *job.waiting);
     struct worker *workers = calloc(job.workers, sizeof *workers);
@@ -138,21 +142,23 @@ static void fail(struct job *job, enum bcd_status code, const struct bcd_error *
     pthread_mutex_unlock(&job->mutex);
 }
 
-/* Advances the run in slices of about LIMIT_SLICE_MS, to its end or until told to stop. */
-static enum bcd_status advance(struct worker *worker, struct bcd_run *run, struct bcd_error *error)
+/* Advances the runs in slices of about LIMIT_SLICE_MS, to their end or until told to stop. */
+static enum bcd_status advance(struct worker *worker, struct bcd_team *team,
+                               struct bcd_error *error)
 {
-    int64_t total = bcd_run_ticks_total(run), slice = 1;
+    int64_t total = bcd_team_ticks_total(team), slice = 1;
     atomic_store(&worker->motion->done, 0);
+    atomic_store(&worker->motion->chunks, bcd_team_count(team));
     atomic_store(&worker->motion->total, total);
-    while (bcd_run_ticks_done(run) < total && !atomic_load(&worker->job->stop)) {
+    while (bcd_team_ticks_done(team) < total && !atomic_load(&worker->job->stop)) {
         int64_t before = clock_ns(CLOCK_MONOTONIC);
-        enum bcd_status status = bcd_run_advance(run, slice, error);
+        enum bcd_status status = bcd_team_advance(team, slice, error);
         if (status != BCD_OK)
             return status;
         double share = (double)(clock_ns(CLOCK_MONOTONIC) - before) / (LIMIT_SLICE_MS * 1e6);
         double factor = fmin(1 / fmax(share, 1e-9), SLICE_GROWTH_MAX);
         slice = (int64_t)fmin(fmax((double)slice * factor, 1), 1e15);
-        atomic_store(&worker->motion->done, bcd_run_ticks_done(run));
+        atomic_store(&worker->motion->done, bcd_team_ticks_done(team));
     }
     return BCD_OK;
 }
@@ -199,43 +205,64 @@ static enum bcd_status put_tally(struct job *job, int64_t chunk, const struct bc
     return status;
 }
 
-static void run_chunk(struct worker *worker, int64_t chunk)
+/* Consecutive chunks in one worker's hands. */
+struct share {
+    int64_t first, count; /* count 0: there are none any more */
+};
+
+static enum bcd_status put_tallies(struct job *job, const struct share *share,
+                                   const struct bcd_team *team, struct bcd_error *error)
+{
+    enum bcd_status status = BCD_OK;
+    for (int64_t i = 0; status == BCD_OK && i < share->count; i++)
+        status = put_tally(job, share->first + i, bcd_run_tally(bcd_team_run(team, i)), error);
+    return status;
+}
+
+static void run_chunks(struct worker *worker, const struct share *share)
 {
     struct job *job = worker->job;
+    const struct bcd_team_wanted wanted = {
+        .scene = job->scene, .first = share->first, .count = share->count};
     struct bcd_error error = {0};
-    struct bcd_run *run = NULL;
-    enum bcd_status status = bcd_run_create(&run, job->scene, chunk, &error);
+    struct bcd_team *team = NULL;
+    enum bcd_status status = bcd_team_create(&team, &wanted, &error);
     if (status == BCD_OK)
-        status = advance(worker, run, &error);
-    if (status == BCD_OK && bcd_run_ticks_done(run) == bcd_run_ticks_total(run)) {
-        status = put_tally(job, chunk, bcd_run_tally(run), &error);
-        atomic_fetch_add(&job->ticks, bcd_run_ticks_done(run));
+        status = advance(worker, team, &error);
+    if (status == BCD_OK && bcd_team_ticks_done(team) == bcd_team_ticks_total(team)) {
+        status = put_tallies(job, share, team, &error);
+        atomic_fetch_add(&job->ticks, bcd_team_ticks_done(team));
     }
     atomic_store(&worker->motion->total, 0);
-    bcd_run_free(run);
+    bcd_team_free(team);
     if (status != BCD_OK)
         fail(job, status, &error);
 }
 
-/* The next chunk, waiting for a verdict if need be; negative when there is none any more. */
-static int64_t take_chunk(struct job *job)
+/* The next chunks, waiting for a verdict if need be: so many that all workers get their part. */
+static struct share take_chunks(struct job *job)
 {
-    int64_t chunk = -1;
+    struct share share = {0};
     pthread_mutex_lock(&job->mutex);
     while (job->next == job->goal && job->goal < job->chunks && !atomic_load(&job->stop))
         pthread_cond_wait(&job->changed, &job->mutex);
-    if (job->next < job->goal && !atomic_load(&job->stop))
-        chunk = job->next++;
+    if (job->next < job->goal && !atomic_load(&job->stop)) {
+        int64_t workers = (int64_t)job->wanted, left = job->goal - job->next;
+        share = (struct share){.first = job->next, .count = job->team};
+        while (share.count > 1 && share.count > (left + workers - 1) / workers)
+            share.count /= 2;
+        job->next += share.count;
+    }
     pthread_mutex_unlock(&job->mutex);
-    return chunk;
+    return share;
 }
 
 static void *work(void *context)
 {
     struct worker *worker = context;
     struct job *job = worker->job;
-    for (int64_t chunk; (chunk = take_chunk(job)) >= 0;)
-        run_chunk(worker, chunk);
+    for (struct share share; (share = take_chunks(job)).count > 0;)
+        run_chunks(worker, &share);
     atomic_fetch_add(&job->cpu_ns, clock_ns(CLOCK_THREAD_CPUTIME_ID));
     pthread_mutex_lock(&job->mutex);
     job->ended++;
@@ -262,7 +289,7 @@ static void show_progress(struct job *job, int64_t started_ns)
         double total = (double)atomic_load(&job->motion[i].total);
         if (total > 0) {
             ticks += done;
-            finished += fmin(done / total, 1);
+            finished += fmin(done / total, 1) * (double)atomic_load(&job->motion[i].chunks);
         }
     }
     double share = fmin(finished / chunks, 1);
@@ -317,13 +344,11 @@ static int watch(struct job *job, const sigset_t *signals, bool show)
 
 /* --------------------------------------------------------------- beginning and end */
 
-/* Starts up to job->workers threads, all of them with the signals blocked; sets how many there are.
- */
+/* Starts the threads, all of them with the signals blocked; sets how many there are. */
 static void start_workers(struct job *job, struct worker *workers)
 {
-    size_t wanted = job->workers;
     job->workers = 0;
-    for (size_t i = 0; i < wanted; i++) {
+    for (size_t i = 0; i < job->wanted; i++) {
         workers[i] = (struct worker){.job = job, .motion = &job->motion[i]};
         if (pthread_create(&workers[i].thread, NULL, work, &workers[i]) != 0)
             break;

@@ -226,12 +226,162 @@ static void test_slices(void **state)
     }
 }
 
+/* ---------------------------------------------------------------------- teams */
+
+static const struct {
+    int rods;
+    int64_t count;
+} teams[] = {{1, 16}, {4, 2}, {10, 8}, {29, 4}, {64, 2}};
+
+/* A job whose realizations are a chunk each, as if they were long. */
+static struct bcd_scene *job_of_chunks(const char *method, int n, int64_t count)
+{
+    struct bcd_scene *scene = job_of(method, n, (int)count);
+    scene->plan.per_chunk = 1;
+    scene->plan.chunks = count;
+    return scene;
+}
+
+static struct bcd_team *team_create(const struct bcd_scene *scene, int64_t count)
+{
+    struct bcd_team *team = NULL;
+    const struct bcd_team_wanted wanted = {.scene = scene, .count = count};
+    assert_true(bcd_scene_team(scene) >= count);
+    assert_int_equal(bcd_team_create(&team, &wanted, NULL), BCD_OK);
+    assert_int_equal(bcd_team_count(team), count);
+    return team;
+}
+
+static void team_advance(struct bcd_team *team, int64_t ticks, int64_t slice)
+{
+    int64_t done = bcd_team_ticks_done(team), total = bcd_team_ticks_total(team);
+    int64_t end = ticks < total - done ? done + ticks : total;
+    while (done < end) {
+        int64_t go = slice < end - done ? slice : end - done;
+        assert_int_equal(bcd_team_advance(team, go, NULL), BCD_OK);
+        int64_t now = bcd_team_ticks_done(team);
+        assert_in_range(now, done + go, done + go + bcd_team_count(team) - 1);
+        done = now;
+    }
+}
+
+/* All runs of the team have ended as each does alone. */
+static void check_tallies(const struct bcd_team *team, const struct bcd_scene *scene)
+{
+    for (int64_t i = 0; i < bcd_team_count(team); i++) {
+        struct bcd_run *alone = NULL;
+        assert_int_equal(bcd_run_create(&alone, scene, i, NULL), BCD_OK);
+        void *expected = finish(alone, 1000000);
+        const struct bcd_tally *tally = bcd_run_tally(bcd_team_run(team, i));
+        void *bytes = malloc(bcd_tally_size(tally));
+        assert_non_null(bytes);
+        bcd_tally_save(tally, bytes);
+        assert_memory_equal(bytes, expected, bcd_tally_size(tally));
+        free(bytes);
+        free(expected);
+        bcd_run_free(alone);
+    }
+}
+
+static void test_teams(void **state)
+{
+    (void)state;
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+        for (size_t t = 0; t < sizeof teams / sizeof *teams; t++)
+            for (int64_t slice = 1; slice < 1000000; slice = 30 * slice + 7) {
+                struct bcd_scene *scene =
+                    job_of_chunks(methods[m].name, teams[t].rods, teams[t].count);
+                struct bcd_team *team = team_create(scene, teams[t].count);
+                team_advance(team, INT64_MAX / 2, slice);
+                check_tallies(team, scene);
+                bcd_team_free(team);
+                bcd_scene_free(scene);
+            }
+}
+
+/* Copies the run `index` of a team as a checkpoint. */
+static void restore(struct bcd_run *to, const struct bcd_run *from)
+{
+    size_t size = bcd_run_checkpoint_size(from);
+    void *bytes = malloc(size);
+    assert_non_null(bytes);
+    bcd_run_save(from, bytes);
+    assert_int_equal(bcd_run_restore(to, bytes, size, NULL), BCD_OK);
+    free(bytes);
+}
+
+/* Checkpoints of a team at any time, first pass or second, go on in another one and alone; and in
+ * one that has lost some of them. */
+static void test_team_checkpoints(void **state)
+{
+    (void)state;
+    static const int64_t at[] = {9, 70, 131, 140}; /* of 131 + 65 ticks of each */
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+        for (size_t t = 0; t < sizeof teams / sizeof *teams; t++)
+            for (size_t a = 0; a < sizeof at / sizeof *at; a++) {
+                const int64_t count = teams[t].count;
+                struct bcd_scene *scene = job_of_chunks(methods[m].name, teams[t].rods, count);
+                struct bcd_team *before = team_create(scene, count),
+                                *after = team_create(scene, count);
+                struct bcd_run *alone = NULL;
+                assert_int_equal(bcd_run_create(&alone, scene, 1, NULL), BCD_OK);
+                team_advance(before, at[a] * count, 17);
+                restore(alone, bcd_team_run(before, 1));
+                for (int64_t i = 0; i < count; i++)
+                    if (i % 3 != 2)
+                        restore(bcd_team_run(after, i), bcd_team_run(before, i));
+                team_advance(before, 5, 1); /* goes its own way */
+                team_advance(after, INT64_MAX / 2, 23);
+                check_tallies(after, scene);
+                void *bytes = finish(alone, 1000000);
+                void *last = finish(bcd_team_run(after, 1), 1);
+                assert_memory_equal(bytes, last, bcd_tally_size(bcd_run_tally(alone)));
+                free(bytes);
+                free(last);
+                bcd_run_free(alone);
+                bcd_team_free(before);
+                bcd_team_free(after);
+                bcd_scene_free(scene);
+            }
+}
+
+/* Who goes together: realizations of small rings that have chunks of their own. */
+static void test_team_sizes(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *rings;
+        int64_t realizations;
+        double time;
+        int64_t expected;
+    } cases[] = {
+        {"'particles': 10, 'length': 20", 40, 500, 8},
+        {"'particles': 8, 'length': 20", 40, 500, 16},
+        {"'particles': 10, 'length': 20", 7, 500, 4},
+        {"'particles': 100, 'length': 200", 40, 500, 1},
+        {"'particles': 10, 'length': 20", 1, 500, 1},
+        {"'particles': 10, 'length': 20", 40, 1, 1},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct bcd_scene *scene =
+            experiment_scene("{%s, 'diameter': 0.5, 'time_step': 1e-3, 'time': %g, "
+                             "'realizations': %d, 'method': 'bcd', 'observables': {'energy': {}}, "
+                             "'potential': {'type': 'cosine', 'amplitude': 6}}",
+                             cases[i].rings, cases[i].time, (int)cases[i].realizations);
+        assert_int_equal(bcd_scene_team(scene), cases[i].expected);
+        bcd_scene_free(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_each_lane_alone),
         cmocka_unit_test(test_runs),
         cmocka_unit_test(test_slices),
+        cmocka_unit_test(test_teams),
+        cmocka_unit_test(test_team_checkpoints),
+        cmocka_unit_test(test_team_sizes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
