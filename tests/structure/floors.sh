@@ -99,7 +99,7 @@ report "the server enters the engine by its one door" "$(
 )"
 
 report "only worker*.c, cli*.c and report_run.c run simulations" "$(
-    grep -rlE '\bbcd_run_[a-z]+[ ]*\(' --include='*.[ch]' server |
+    grep -rlE '\bbcd_(run|team)_[a-z]+[ ]*\(' --include='*.[ch]' server |
         grep -vE '^server/(work/worker(_checkpoint)?|report/report_run|cli/cli[a-z_]*)\.c$'
 )"
 
