@@ -119,7 +119,7 @@ $B/tests/%: $B/obj/tests/%.o $(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd
 	@mkdir -p $(@D)
 	$Q$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS) $(CLIENT_LIBS)
 # Allocations of our own code, to fail where a test wants it.
-$B/tests/fault/test_memory: $B/obj/tests/fault/test_memory.o $B/obj/tests/fault/short_memory.o \
+$(filter $B/tests/fault/%,$(TESTS)): $B/tests/fault/%: $B/obj/tests/fault/%.o $B/obj/tests/fault/short_memory.o \
 		$(call obj,$(SUPPORT_SRC)) $B/libserver.a $B/libbcd.a
 	@mkdir -p $(@D)
 	$Q$(CC) $(LDFLAGS) $(patsubst %,-Wl$(comma)--wrap=%,malloc calloc realloc aligned_alloc free strdup strndup asprintf) \
