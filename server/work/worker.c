@@ -325,9 +325,11 @@ static enum run_end put_tally(struct work *work)
     void *bytes = malloc(size + 1);
     enum run_end outcome;
 
+    for (int tries = 1; !bytes && tries < MEMORY_TRIES_MAX && work_back_off(work, tries); tries++)
+        bytes = malloc(size + 1);
     if (!bytes) {
         work->error.code = BCD_NO_MEMORY;
-        return RUN_FAILED;
+        return work_should_stop(work) ? RUN_STOPPED : RUN_FAILED;
     }
     bcd_tally_save(tally, bytes);
     outcome = work_put_chunk(work, bytes, size);

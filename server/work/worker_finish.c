@@ -342,18 +342,20 @@ static bool put_results(struct work *work, const struct gathered *gathered,
                                     .reused = gathered->reused,
                                     .reused_from = gathered->reused > 0 ? gathered->base.job : NULL,
                                     .core_seconds = spent};
-    char *text = outcome_json_print(&outcome);
-    struct samples_kept kept = {.family = family, .outcome = text, .samples = gathered->kept};
+    char *text = NULL;
+    struct samples_kept kept = {.family = family, .samples = gathered->kept};
     const struct finish_new finish = {
         .results = results->items, .count = results->count, .core_seconds = untold, .kept = &kept};
     enum store_status status = STORE_BROKEN;
     int tries = 0;
 
     kept.count = queue_family(work->task->scene, family) ? gathered->count : 0;
-    do
+    do {
+        text = text ? text : outcome_json_print(&outcome); /* there may be memory for it now */
+        kept.outcome = text;
         if (text)
             status = store_results_finish_with(store, id, &finish);
-    while (work_try_again(work, status, ++tries));
+    } while (work_try_again(work, status, ++tries));
     free(text);
     if (status == STORE_OK) {
         work->task->entry = NULL; /* what the job has used is told */

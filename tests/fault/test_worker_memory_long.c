@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * A worker takes a job up, runs its two chunks and makes its tables while the n-th allocation fails,
+ * A worker takes a job up, runs it and makes its tables while the n-th allocation fails,
  * for every n: the job is done all the same, with the same bits, and nothing is left behind. */
 #include "short_memory.h"
 
@@ -24,8 +24,8 @@ static struct bcd_scene *scene(long seed)
                             seed);
 }
 
-/* Until the worker has done so many chunks and has nothing to do, or much time has gone by. Asks the
- * store for nothing, which would need memory here. */
+/* Until the worker has done so many chunks and has nothing to do, or much time has gone by. The
+ * store is asked for nothing: that would need memory here. */
 static void wait_idle(const struct plant *plant, int64_t chunks)
 {
     struct workers_counts counts = {0};
