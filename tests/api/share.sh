@@ -4,22 +4,14 @@
 # the daemon is killed and started again, files are torn; the results are those of one machine, bit
 # for bit.
 . "$(dirname "$0")/_lib.sh"
-WORKERS=
-cleanup() {
-    for pid in $WORKERS $PID; do
-        kill -9 "$pid" 2>/dev/null
-    done
-    rm -rf "$T"
-}
+. "$(dirname "$0")/_workers.sh"
 
 job() { # SEED TIME REALIZATIONS
     printf '{"particles":30,"length":60,"diameter":0.5,"time":%s,"time_step":0.001,"seed":%s,' "$2" "$1"
     printf '"realizations":%s,"potential":{"type":"cosine","amplitude":6},"observables":{"energy":{}}}' "$3"
 }
-worker() { # [options]: adds one to WORKERS; its pid in LAST
-    env -u BCD_URL -u BCD_TOKEN "$B/bcd" worker --share "$T/share" "$@" >>"$T/worker.out" 2>>"$T/worker.err" &
-    LAST=$!
-    WORKERS="$WORKERS $LAST"
+worker() { # [options]
+    worker_start --share "$T/share" "$@"
 }
 start() {
     daemon_start "$T/data" --backend workers --share "$T/share" --workers 8 --lease 2
@@ -62,12 +54,7 @@ post "$T/second"
 second=$ID
 check "three have a chunk" until_metric bcd_leases_held 3
 sleep 0.5
-kill -9 "$LAST"
-ended=${WORKERS% *}
-ended=${ended##* }
-kill -TERM "$ended"
-wait "$ended"
-check "told to end one ends" test $? = 0
+check "told to end one ends" kill_one_end_another
 worker
 daemon_end KILL
 echo '{"job":"j1","chunk":0,"core' >"$T/share/returns/l0000"

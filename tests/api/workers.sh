@@ -3,23 +3,15 @@
 # A daemon that lends its chunks, and workers that run them: killed, told to end, left alone by the
 # daemon; the results are those of one machine, bit for bit. A worker's token is good for that alone.
 . "$(dirname "$0")/_lib.sh"
-WORKERS=
-cleanup() {
-    for pid in $WORKERS $PID; do
-        kill -9 "$pid" 2>/dev/null
-    done
-    rm -rf "$T"
-}
+. "$(dirname "$0")/_workers.sh"
 
 job() { # SEED TIME REALIZATIONS
     printf '{"particles":30,"length":60,"diameter":0.5,"time":%s,"time_step":0.001,"seed":%s,' "$2" "$1"
     printf '"realizations":%s,"potential":{"type":"cosine","amplitude":6},"observables":{"energy":{},' "$3"
     printf '"msd":{"first":0.01,"last":1,"points":10},"density":{"bins":20}}}'
 }
-worker() { # [options]: adds one to WORKERS; its pid in LAST
-    "$B/bcd" worker --url "$URL" --token-file "$T/worker.token" "$@" >>"$T/worker.out" 2>>"$T/worker.err" &
-    LAST=$!
-    WORKERS="$WORKERS $LAST"
+worker() { # [options]
+    worker_start --url "$URL" --token-file "$T/worker.token" "$@"
 }
 as_admin() { # METHOD PATH [curl ...]
     ask "$@" -H "Authorization: Bearer $ADMIN"
@@ -95,12 +87,7 @@ submit "$T/second"
 second=$ID
 check "three have a chunk" until_metric bcd_leases_held 3
 sleep 0.5
-kill -9 "$LAST"
-ended=${WORKERS% *}
-ended=${ended##* }
-kill -TERM "$ended"
-wait "$ended"
-check "told to end one ends" test $? = 0
+check "told to end one ends" kill_one_end_another
 worker
 daemon_end KILL
 LISTEN=127.0.0.1:${URL##*:}

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Chunks lent to workers elsewhere: who gets which, what a heartbeat and its lack mean, what is
  * taken as a result; and that nothing said in JSON is lost or forged on the way. */
-#include "lease.h"
+#include "lease_bench.h"
 
 #include "support/experiment.h"
 
@@ -18,59 +18,6 @@
 
 enum { LEASE_MS = 100 };
 static const struct lease_asker node1 = {"", "node1"}, node2 = {"", "node2"}, node3 = {"", "node3"};
-
-/* A job of two chunks, both in this thread's hands. */
-struct bench {
-    struct leases *leases;
-    struct bcd_scene *scene;
-    atomic_bool cancelled;
-    _Atomic int64_t done[2], total[2];
-    struct task task[2];
-    struct lease *lease[2];
-};
-
-static void start(struct bench *bench, int64_t lease_ms)
-{
-    *bench = (struct bench){.leases = leases_create(lease_ms)};
-    bench->scene =
-        experiment_scene("{'particles':3,'length':9,'diameter':1,'time':500,'time_step':0.01,"
-                         "'realizations':64,'observables':{'energy':{},'msd':{}}}");
-    assert_true(bcd_scene_chunks(bench->scene) >= 2);
-    for (int i = 0; i < 2; i++) {
-        struct lease_terms terms = {.core_seconds_max = 7.5, .bytes_max = 1e9};
-        bench->task[i] = (struct task){.id = "jtest",
-                                       .scene = bench->scene,
-                                       .chunk = i,
-                                       .cancelled = &bench->cancelled,
-                                       .ticks_done = &bench->done[i],
-                                       .ticks_total = &bench->total[i]};
-        bench->lease[i] = lease_offer(bench->leases, &bench->task[i], &terms);
-        assert_non_null(bench->lease[i]);
-    }
-}
-
-static void stop(struct bench *bench)
-{
-    for (int i = 0; i < 2; i++)
-        if (bench->lease[i])
-            lease_end(bench->lease[i]);
-    leases_free(bench->leases);
-    bcd_scene_free(bench->scene);
-}
-
-/* The chunk as a worker would run it. */
-static struct blob tally_of(const struct bcd_scene *scene, int64_t chunk)
-{
-    struct bcd_run *run = NULL;
-    struct blob blob = {0};
-    assert_int_equal(bcd_run_create(&run, scene, chunk, NULL), BCD_OK);
-    assert_int_equal(bcd_run_advance(run, bcd_run_ticks_total(run), NULL), BCD_OK);
-    blob.size = bcd_tally_size(bcd_run_tally(run));
-    blob.bytes = malloc(blob.size);
-    bcd_tally_save(bcd_run_tally(run), blob.bytes);
-    bcd_run_free(run);
-    return blob;
-}
 
 /* What a worker says, through JSON and back. */
 static struct lease_word word_of(const struct lease_loan *loan, const struct blob *bytes,
@@ -92,7 +39,7 @@ static struct lease_word word_of(const struct lease_loan *loan, const struct blo
     return heard;
 }
 
-static enum lease_answer hear(struct bench *bench, const struct lease_loan *loan, bool let_go)
+static enum lease_answer hear(struct lease_bench *bench, const struct lease_loan *loan, bool let_go)
 {
     struct lease_word word = word_of(loan, NULL, false);
     word.let_go = let_go;
@@ -101,7 +48,7 @@ static enum lease_answer hear(struct bench *bench, const struct lease_loan *loan
     return answer;
 }
 
-static enum lease_answer give_back(struct bench *bench, const struct lease_loan *loan,
+static enum lease_answer give_back(struct lease_bench *bench, const struct lease_loan *loan,
                                    const struct blob *tally)
 {
     struct lease_word word = word_of(loan, tally, true);
@@ -110,7 +57,7 @@ static enum lease_answer give_back(struct bench *bench, const struct lease_loan 
     return answer;
 }
 
-static struct lease_counts counts(struct bench *bench)
+static struct lease_counts counts(struct lease_bench *bench)
 {
     struct lease_counts found;
     leases_count(bench->leases, &found);
@@ -119,12 +66,12 @@ static struct lease_counts counts(struct bench *bench)
 
 static void goes_out_and_comes_back(void **state)
 {
-    struct bench bench;
+    struct lease_bench bench;
     struct lease_loan loan, read, second, none;
     struct lease_news news;
     struct bcd_errors errors = {0};
     (void)state;
-    start(&bench, 0);
+    lease_bench_start(&bench, 0);
     assert_int_equal(leases_take(bench.leases, &node1, &loan), STORE_OK);
     assert_int_equal(leases_take(bench.leases, &node2, &second), STORE_OK);
     assert_int_equal(leases_take(bench.leases, &node3, &none), STORE_NOT_FOUND);
@@ -153,7 +100,8 @@ static void goes_out_and_comes_back(void **state)
     lease_wait(bench.lease[0], 0, &news);
     assert_true(news.core_seconds == 0); /* told once */
 
-    struct blob tally = tally_of(bench.scene, 0), other = tally_of(bench.scene, 0);
+    struct blob tally = lease_bench_tally(bench.scene, 0),
+                other = lease_bench_tally(bench.scene, 0);
     assert_int_equal(give_back(&bench, &loan, &tally), LEASE_GO_ON);
     lease_wait(bench.lease[0], 0, &news);
     assert_true(news.returned);
@@ -164,19 +112,20 @@ static void goes_out_and_comes_back(void **state)
     assert_int_equal(counts(&bench).returned, 1);
     lease_loan_fini(&loan);
     lease_loan_fini(&second);
-    stop(&bench);
+    lease_bench_stop(&bench);
 }
 
 /* The second result of a chunk is compared, before and after the chunk has ended here. */
 static void twice(void **state)
 {
-    struct bench bench;
+    struct lease_bench bench;
     struct lease_loan loan;
     (void)state;
-    start(&bench, 0);
+    lease_bench_start(&bench, 0);
     assert_int_equal(leases_take(bench.leases, &node1, &loan), STORE_OK);
-    struct blob tally = tally_of(bench.scene, 0), same = tally_of(bench.scene, 0);
-    struct blob third = tally_of(bench.scene, 0), wrong = tally_of(bench.scene, 1);
+    struct blob tally = lease_bench_tally(bench.scene, 0), same = lease_bench_tally(bench.scene, 0);
+    struct blob third = lease_bench_tally(bench.scene, 0),
+                wrong = lease_bench_tally(bench.scene, 1);
     assert_int_equal(give_back(&bench, &loan, &tally), LEASE_GO_ON);
     assert_int_equal(give_back(&bench, &loan, &same), LEASE_AGAIN);
     assert_int_equal(hear(&bench, &loan, false), LEASE_STOP);
@@ -188,22 +137,23 @@ static void twice(void **state)
     assert_int_equal(counts(&bench).again, 2);
     assert_int_equal(counts(&bench).differed, 1);
     lease_loan_fini(&loan);
-    stop(&bench);
+    lease_bench_stop(&bench);
 }
 
 static void only_tallies_of_the_chunk_are_taken(void **state)
 {
-    struct bench bench;
+    struct lease_bench bench;
     struct lease_loan loan;
     struct bcd_scene *stranger = experiment_scene(
         "{'particles':4,'length':9,'diameter':1,'time':500,'time_step':0.01,'realizations':64,"
         "'observables':{'energy':{},'msd':{}}}");
     struct lease_news news;
     (void)state;
-    start(&bench, 0);
+    lease_bench_start(&bench, 0);
     assert_int_equal(leases_take(bench.leases, &node1, &loan), STORE_OK);
-    struct blob words = {.bytes = strdup("no tally"), .size = 8}, theirs = tally_of(stranger, 0);
-    struct blob bent = tally_of(bench.scene, 0);
+    struct blob words = {.bytes = strdup("no tally"), .size = 8},
+                theirs = lease_bench_tally(stranger, 0);
+    struct blob bent = lease_bench_tally(bench.scene, 0);
     ((unsigned char *)bent.bytes)[bent.size / 2] ^= 1;
     assert_int_equal(give_back(&bench, &loan, &words), LEASE_REFUSED);
     assert_int_equal(give_back(&bench, &loan, &theirs), LEASE_REFUSED);
@@ -216,19 +166,19 @@ static void only_tallies_of_the_chunk_are_taken(void **state)
     assert_int_equal(loan.chunk, 0);
     assert_int_equal(loan.attempt, 2);
     loan.chunk = 77;
-    struct blob good = tally_of(bench.scene, 0);
+    struct blob good = lease_bench_tally(bench.scene, 0);
     assert_int_equal(give_back(&bench, &loan, &good), LEASE_UNKNOWN);
     lease_loan_fini(&loan);
     bcd_scene_free(stranger);
-    stop(&bench);
+    lease_bench_stop(&bench);
 }
 
 static void silence_ends_a_lease(void **state)
 {
-    struct bench bench;
+    struct lease_bench bench;
     struct lease_loan loan, other, third;
     (void)state;
-    start(&bench, LEASE_MS);
+    lease_bench_start(&bench, LEASE_MS);
     assert_int_equal(leases_take(bench.leases, &node1, &loan), STORE_OK);
     assert_int_equal(leases_take(bench.leases, &node2, &other), STORE_OK);
     for (int i = 0; i < 4; i++) {
@@ -240,22 +190,22 @@ static void silence_ends_a_lease(void **state)
     assert_int_equal(leases_take(bench.leases, &node3, &third), STORE_OK);
     assert_int_equal(third.chunk, 0);
     assert_int_equal(hear(&bench, &loan, false), LEASE_STOP); /* it is another's now */
-    struct blob late = tally_of(bench.scene, 0), same = tally_of(bench.scene, 0);
+    struct blob late = lease_bench_tally(bench.scene, 0), same = lease_bench_tally(bench.scene, 0);
     assert_int_equal(give_back(&bench, &loan, &late), LEASE_GO_ON); /* but bits are bits */
     assert_int_equal(give_back(&bench, &third, &same), LEASE_AGAIN);
     lease_loan_fini(&loan);
     lease_loan_fini(&other);
     lease_loan_fini(&third);
-    stop(&bench);
+    lease_bench_stop(&bench);
 }
 
 /* Late, or after a restart of the daemon: who has what nobody has keeps it. */
 static void a_heartbeat_takes_up_what_is_nobodys(void **state)
 {
-    struct bench bench;
+    struct lease_bench bench;
     struct lease_loan loan = {.id = "l0123456789abcdef", .job = "jtest", .chunk = 1}, first, none;
     (void)state;
-    start(&bench, 0);
+    lease_bench_start(&bench, 0);
     assert_int_equal(hear(&bench, &loan, false), LEASE_GO_ON);
     assert_int_equal(leases_take(bench.leases, &node1, &first), STORE_OK);
     assert_int_equal(first.chunk, 0);
@@ -265,16 +215,16 @@ static void a_heartbeat_takes_up_what_is_nobodys(void **state)
     atomic_store(&bench.cancelled, true);
     assert_int_equal(hear(&bench, &loan, false), LEASE_STOP);
     lease_loan_fini(&first);
-    stop(&bench);
+    lease_bench_stop(&bench);
 }
 
 static void a_checkpoint_goes_to_the_next(void **state)
 {
-    struct bench bench;
+    struct lease_bench bench;
     struct lease_loan loan, next;
     struct lease_news news;
     (void)state;
-    start(&bench, 0);
+    lease_bench_start(&bench, 0);
     assert_int_equal(leases_take(bench.leases, &node1, &loan), STORE_OK);
     struct blob saved = {.bytes = strdup("checkpoint"), .size = 10};
     struct lease_word word = word_of(&loan, &saved, false);
@@ -308,7 +258,7 @@ static void a_checkpoint_goes_to_the_next(void **state)
     blob_fini(&saved);
     lease_loan_fini(&loan);
     lease_loan_fini(&next);
-    stop(&bench);
+    lease_bench_stop(&bench);
 }
 
 static void bytes_with_another_checksum_are_refused(void **state)
