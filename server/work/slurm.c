@@ -34,6 +34,7 @@ struct slurm {
     long alive;      /* pilots when they were counted last; -1 = not known */
     int64_t granted; /* leases at the last look */
     int64_t fed_s;   /* when one was lent last, or there was nothing to lend */
+    long dead;       /* pilots that Slurm takes for running */
     int64_t not_before_s, patience_s;
     pthread_t thread;
     pthread_mutex_t mutex; /* guards `counts`, and waiting for `stopping` */
@@ -249,16 +250,17 @@ static bool submit(struct slurm *slurm, long tasks)
 }
 
 /* Pilots that have a chunk or will come for one. Slurm takes those of a dead node for running until
- * it has waited for it long enough: of pilots that leave chunks lying only those that have one
- * count. */
-static long coming(const struct slurm *slurm, const struct lease_counts *counts,
+ * it has waited for it long enough: running ones that have none while chunks are left lying are
+ * counted out, until they have one, or Slurm sees it too. */
+static long coming(struct slurm *slurm, const struct lease_counts *counts,
                    const struct pilots_seen *seen)
 {
-    long held = (long)counts->held;
+    long idle = seen->running - (long)counts->held;
 
-    if (now_s() - slurm->fed_s < HUNGER_S || seen->running < held)
-        return seen->waiting + seen->running;
-    return seen->waiting + held;
+    idle = idle > 0 ? idle : 0;
+    if (now_s() - slurm->fed_s >= HUNGER_S || slurm->dead > idle)
+        slurm->dead = idle;
+    return seen->waiting + seen->running - slurm->dead;
 }
 
 /* As many more pilots as there are chunks that nobody will come for. */
