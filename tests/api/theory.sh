@@ -102,7 +102,7 @@ check "the estimate knows of it" holds '.theory_core_seconds > 5 and .core_secon
 post "$T/slow"
 check "a job comes to its theory" sh -c 'sleep 1.5; curl -sS "$1/v1/jobs/$2" | jq -e ".progress == 1"' - "$URL" "$ID"
 LONG=$ID
-job '"seed":76,' >"$T/job"
+job '"seed":76,"force":1,' >"$T/job" # without a theory of its own
 post "$T/job"
 check "which takes no worker from others" until_state "$ID" done 20
 ask GET "/v1/jobs/$LONG"
