@@ -59,26 +59,48 @@ static enum store_status read_blob(struct stmt *row, struct blob *blob)
 
 /* ------------------------------------------------------------------ in motion */
 
-enum store_status store_results_checkpoint(struct store *store, const char *id, int64_t chunk,
-                                           const void *bytes, size_t size)
+static enum store_status put_checkpoint(sqlite3 *db, const struct chunk_change *what)
 {
-    struct chunk_change what = {id, chunk, bytes, size};
     int changes = 0;
+    enum store_status status =
+        change(db,
+               "INSERT INTO checkpoints (job, chunk, bytes)"
+               " SELECT seq, :chunk, :bytes FROM jobs"
+               " WHERE id = :id AND state = 'running' AND :chunk < chunks"
+               " ON CONFLICT (job, chunk) DO UPDATE SET bytes = excluded.bytes",
+               what, &changes);
+
+    return status == STORE_OK && changes == 0 ? store_jobs_why(db, what->id) : status;
+}
+
+/* All of them in one transaction. */
+static enum store_status put_all(struct store *store,
+                                 enum store_status (*put)(sqlite3 *, const struct chunk_change *),
+                                 const struct chunk_change *first, const struct chunk_new *chunks,
+                                 int64_t count)
+{
     sqlite3 *db;
     enum store_status status = STORE_BEGIN_SHARED(store, &db);
 
-    assert(chunk >= 0 && bytes);
+    assert(first->chunk >= 0 && count >= 1);
     if (status)
         return status;
-    status = change(db,
-                    "INSERT INTO checkpoints (job, chunk, bytes)"
-                    " SELECT seq, :chunk, :bytes FROM jobs"
-                    " WHERE id = :id AND state = 'running' AND :chunk < chunks"
-                    " ON CONFLICT (job, chunk) DO UPDATE SET bytes = excluded.bytes",
-                    &what, &changes);
-    if (status == STORE_OK && changes == 0)
-        status = store_jobs_why(db, id);
+    for (int64_t i = 0; status == STORE_OK && i < count; i++) {
+        const struct chunk_change what = {first->id, first->chunk + i, chunks[i].bytes,
+                                          chunks[i].size};
+
+        assert(what.bytes);
+        status = put(db, &what);
+    }
     return store_end(store, status);
+}
+
+enum store_status store_results_checkpoints(struct store *store, const char *id, int64_t chunk,
+                                            const struct chunk_new *checkpoints, int64_t count)
+{
+    const struct chunk_change first = {.id = id, .chunk = chunk};
+
+    return put_all(store, put_checkpoint, &first, checkpoints, count);
 }
 
 static enum store_status load(struct store *store, const char *sql, const char *id, int64_t chunk,
@@ -149,15 +171,12 @@ static enum store_status put_chunk(sqlite3 *db, const struct chunk_change *what)
                   &only_chunk, NULL);
 }
 
-enum store_status store_results_put_chunk(struct store *store, const char *id, int64_t chunk,
-                                          const void *tally, size_t size)
+enum store_status store_results_put_chunks(struct store *store, const char *id, int64_t chunk,
+                                           const struct chunk_new *tallies, int64_t count)
 {
-    struct chunk_change what = {id, chunk, tally, size};
-    sqlite3 *db;
-    enum store_status status = STORE_BEGIN_SHARED(store, &db);
+    const struct chunk_change first = {.id = id, .chunk = chunk};
 
-    assert(chunk >= 0 && tally);
-    return status ? status : store_end(store, put_chunk(db, &what));
+    return put_all(store, put_chunk, &first, tallies, count);
 }
 
 enum store_status store_results_chunks(struct store *store, const char *id, bool *flags,

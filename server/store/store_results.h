@@ -15,16 +15,34 @@ struct blob {
 };
 void blob_fini(struct blob *blob);
 
-/* The newest checkpoint of a chunk in motion; replaces the one before. */
-enum store_status store_results_checkpoint(struct store *store, const char *id, int64_t chunk,
-                                           const void *bytes, size_t size);
+/* What goes in for `count` chunks from `chunk` on, one each, all together or none. */
+struct chunk_new {
+    const void *bytes;
+    size_t size;
+};
+
+/* The newest checkpoints of chunks in motion; they replace the ones before. */
+enum store_status store_results_checkpoints(struct store *store, const char *id, int64_t chunk,
+                                            const struct chunk_new *checkpoints, int64_t count);
+static inline enum store_status store_results_checkpoint(struct store *store, const char *id,
+                                                         int64_t chunk, const void *bytes,
+                                                         size_t size)
+{
+    return store_results_checkpoints(store, id, chunk, &(struct chunk_new){bytes, size}, 1);
+}
 enum store_status store_results_load_checkpoint(struct store *store, const char *id, int64_t chunk,
                                                 struct blob *checkpoint);
 
-/* A finished chunk: its tally is kept, its checkpoint dropped, chunks_done raised, in one
+/* Finished chunks: their tallies are kept, their checkpoints dropped, chunks_done raised, in one
  * transaction. Idempotent: the same chunk again changes nothing. */
-enum store_status store_results_put_chunk(struct store *store, const char *id, int64_t chunk,
-                                          const void *tally, size_t size);
+enum store_status store_results_put_chunks(struct store *store, const char *id, int64_t chunk,
+                                           const struct chunk_new *tallies, int64_t count);
+static inline enum store_status store_results_put_chunk(struct store *store, const char *id,
+                                                        int64_t chunk, const void *tally,
+                                                        size_t size)
+{
+    return store_results_put_chunks(store, id, chunk, &(struct chunk_new){tally, size}, 1);
+}
 
 /* Which chunks are finished (flags[chunks], caller's), and one finished chunk's tally. */
 enum store_status store_results_chunks(struct store *store, const char *id, bool *flags,

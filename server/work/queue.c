@@ -68,6 +68,7 @@ enum store_status queue_create(struct queue **queue, struct store *store)
         return STORE_BROKEN;
     }
     made->limits = job_limits_usual();
+    made->workers = 1;
     made->store = store;
     atomic_init(&made->stopping, false);
     pthread_mutex_init(&made->mutex, NULL);
@@ -127,6 +128,11 @@ const struct job_limits *queue_limits(const struct queue *queue)
     return &queue->limits;
 }
 
+void queue_set_workers(struct queue *queue, size_t count)
+{
+    queue->workers = count;
+}
+
 /* --------------------------------------------------------------------- claiming */
 
 void queue_take(struct queue *queue, const char *name)
@@ -159,7 +165,7 @@ static bool work_on(struct queue *queue, struct owner *owner, bool jumps, struct
         start_head(queue, owner);
     } else if (entry->resumes) {
         start_again(queue, entry);
-    } else if (entry_claim(entry, task)) {
+    } else if (entry_claim(queue, entry, task)) {
         owner->greeted = true;
         queue->jumped = jumps;
         return true;
@@ -210,7 +216,7 @@ bool queue_claim_finish(struct queue *queue, size_t threads, struct task *task)
     while (!atomic_load(&queue->stopping) && !(entry = owner_finish(queue, threads)))
         pthread_cond_wait(&queue->changed, &queue->mutex);
     if (entry) {
-        entry_claim(entry, task); /* of all chunks: it needs no memory */
+        entry_claim(queue, entry, task); /* of all chunks: it needs no memory */
         pthread_cond_broadcast(&queue->changed); /* another job may be begun */
     }
     pthread_mutex_unlock(&queue->mutex);
@@ -285,6 +291,18 @@ void queue_release(struct queue *queue, struct task *task)
     entry_release(queue, entry_drop_claim(task, CHUNK_FREE));
     pthread_cond_broadcast(&queue->changed);
     pthread_mutex_unlock(&queue->mutex);
+}
+
+bool queue_gives_way(struct queue *queue, const struct task *task)
+{
+    bool gives_way;
+
+    if (task->count == 1)
+        return false;
+    pthread_mutex_lock(&queue->mutex);
+    gives_way = owner_gives_way(queue, task->owner);
+    pthread_mutex_unlock(&queue->mutex);
+    return gives_way;
 }
 
 void queue_cancel(struct queue *queue, const char *id)

@@ -6,7 +6,8 @@
  * Between owners the one who has used the fewest core seconds goes first (see queue_owner.c); a
  * newcomer waits for one chunk at most. Of one owner's jobs the one of the highest priority goes
  * first, then one that runs already, then in order of submission; all free workers take chunks of
- * it, so one job uses all workers. What is in motion goes on to the end of its chunk.
+ * it, so one job uses all workers. What is in motion goes on to the end of its chunk; several that
+ * go together (small rings) give way at a checkpoint.
  *
  * THREADS  One mutex and condition variable inside. Any thread may call anything. Ticks are
  *          atomics: workers write them without the mutex.
@@ -24,11 +25,13 @@
 
 struct queue;
 
-/* A chunk in a worker's hands. Borrowed from the queue until queue_done / queue_release. */
+/* Chunks in a worker's hands, one as a rule. Borrowed from the queue until queue_done /
+ * queue_release. */
 struct task {
     const char *id;                /* the job's */
     const struct bcd_scene *scene; /* completed, shared, read-only */
     int64_t chunk;                 /* QUEUE_FINISH: none is left, only finishing the job */
+    int64_t count;                 /* of chunks from there on: a team's (bcd.h) */
     int64_t chunks;                /* the job's, up to its goal: see goal.h */
     const atomic_bool *cancelled;  /* look at it between slices */
     _Atomic int64_t *ticks_done;   /* the worker writes its progress here, */
@@ -57,6 +60,10 @@ struct theory_cache *queue_theories(struct queue *queue);
 void queue_set_limits(struct queue *queue, const struct job_limits *limits);
 const struct job_limits *queue_limits(const struct queue *queue);
 
+/* How many workers there will be, 1 unless told: teams leave each of them its part. 0 = no teams.
+ * Set before there are any. */
+void queue_set_workers(struct queue *queue, size_t count);
+
 /* Takes over every running job of the store, and who has queued ones. Called once before workers
  * start. Little is done here: each is prepared by the worker that takes it up, before queued ones
  * of its priority; until then only the store knows how far it is. A job that this program would not
@@ -76,7 +83,7 @@ void queue_take(struct queue *queue, const char *owner);
  * queue_forget. */
 bool queue_claim(struct queue *queue, struct task *task);
 
-/* The chunk is finished and its tally stored. The last chunk of a job makes the caller finish the
+/* The task is finished and its tallies stored. The last chunk of a job makes the caller finish the
  * job (merge, tables, store): *last tells, and id, scene and cancelled then stay borrowed until the
  * caller ends the job here with queue_forget, which it must. */
 void queue_done(struct queue *queue, struct task *task, bool *last);
@@ -110,8 +117,12 @@ void queue_spend_of(struct queue *queue, const char *owner, double seconds);
 void queue_spent_take(struct queue *queue, const struct task *task, double *seconds,
                       double *untold);
 
-/* The chunk was not finished (stopping, cancelled, failed) and goes back. */
+/* The task was not finished (stopping, cancelled, failed, gave way) and goes back. */
 void queue_release(struct queue *queue, struct task *task);
+
+/* Whether a team, which holds its worker for longer than a chunk does, is to give way to somebody
+ * whose turn it is: worth asking when a checkpoint has been made. */
+bool queue_gives_way(struct queue *queue, const struct task *task);
 
 /* Cancels a job: no further chunk is handed out, running ones are told; when the last of them is
  * let go, the job is gone from here. Unknown ids are ignored. The store is the caller's business.

@@ -3,6 +3,7 @@
 #include "queue_internal.h"
 
 #include "goal.h"
+#include "limits.h"
 
 #include <assert.h>
 #include <search.h>
@@ -34,12 +35,27 @@ struct queued *entry_create(struct owner *owner, const char *id)
     return entry;
 }
 
-bool entry_set_scene_take(struct queued *entry, struct bcd_scene *scene)
+/* As many chunks as may go together for their memory. */
+static int64_t team_of(const struct queue *queue, const struct bcd_scene *scene)
+{
+    int64_t team = bcd_scene_team(scene);
+    struct bcd_estimate estimate;
+
+    bcd_scene_estimate(scene, &estimate);
+    if (estimate.run_bytes > LIMIT_CHECKPOINT_ROW_BYTES) /* files are for runs that go alone */
+        return 1;
+    while (team > 1 && (double)team * estimate.run_bytes > queue->limits.run_bytes)
+        team /= 2;
+    return team;
+}
+
+bool entry_set_scene_take(struct queue *queue, struct queued *entry, struct bcd_scene *scene)
 {
     bcd_scene_free(entry->scene);
     free(entry->chunk_state);
     entry->scene = NULL;
     entry->chunks = bcd_scene_chunks(scene);
+    entry->team = team_of(queue, scene);
     entry->chunk_state = calloc((size_t)entry->chunks + 1, 1); /* CHUNK_FREE */
     if (!entry->chunk_state) {
         bcd_scene_free(scene);
@@ -81,7 +97,7 @@ double entry_progress(const struct queued *entry)
         int64_t total = atomic_load(&claim->ticks_total);
 
         if (total > 0)
-            done += (double)atomic_load(&claim->ticks_done) / (double)total;
+            done += (double)claim->count * (double)atomic_load(&claim->ticks_done) / (double)total;
     }
     if (entry->to == 0)
         return done < (double)entry->chunks ? done / (double)entry->chunks : 1;
@@ -143,9 +159,25 @@ int64_t entry_next_chunk(struct queued *entry)
     return entry->first_free;
 }
 
-bool entry_claim(struct queued *entry, struct task *task)
+/* How many chunks from the free one on go together: no more than leave the other workers as many,
+ * a power of two. */
+static int64_t count_of(const struct queue *queue, const struct queued *entry, int64_t chunk)
 {
-    int64_t chunk = entry_next_chunk(entry);
+    const int64_t workers = (int64_t)queue->workers;
+    int64_t most = workers ? (entry->chunks - chunk + workers - 1) / workers : 1;
+    int64_t free = 1, count = 1;
+
+    most = most < entry->team ? most : entry->team;
+    while (free < most && entry->chunk_state[chunk + free] == CHUNK_FREE)
+        free++;
+    while (2 * count <= free)
+        count *= 2;
+    return count;
+}
+
+bool entry_claim(const struct queue *queue, struct queued *entry, struct task *task)
+{
+    int64_t chunk = entry_next_chunk(entry), count = 0;
     struct claim *claim = NULL;
 
     if (chunk == QUEUE_FINISH) {
@@ -154,21 +186,24 @@ bool entry_claim(struct queued *entry, struct task *task)
         claim = calloc(1, sizeof *claim);
         if (!claim)
             return false;
+        count = count_of(queue, entry, chunk);
         claim->entry = entry;
         claim->chunk = chunk;
+        claim->count = count;
         atomic_init(&claim->ticks_done, 0);
         atomic_init(&claim->ticks_total, 0);
         claim->next = entry->claims;
         if (entry->claims)
             entry->claims->previous = claim;
         entry->claims = claim;
-        entry->chunk_state[chunk] = CHUNK_CLAIMED;
+        memset(entry->chunk_state + chunk, CHUNK_CLAIMED, (size_t)count);
         entry->owner->claims++;
     }
     *task = (struct task){
         .id = entry->id,
         .scene = entry->scene,
         .chunk = chunk,
+        .count = count,
         .chunks = entry->chunks,
         .cancelled = &entry->cancelled,
         .ticks_done = claim ? &claim->ticks_done : NULL,
@@ -192,9 +227,9 @@ struct queued *entry_drop_claim(struct task *task, enum chunk_state becomes)
     if (claim->next)
         claim->next->previous = claim->previous;
     assert(entry->chunk_state[claim->chunk] == CHUNK_CLAIMED);
-    entry->chunk_state[claim->chunk] = (unsigned char)becomes;
+    memset(entry->chunk_state + claim->chunk, (int)becomes, (size_t)claim->count);
     if (becomes == CHUNK_DONE)
-        entry->chunks_done++;
+        entry->chunks_done += claim->count;
     else if (claim->chunk < entry->first_free)
         entry->first_free = claim->chunk;
     entry->owner->claims--;

@@ -18,11 +18,11 @@
 
 enum chunk_state { CHUNK_FREE, CHUNK_CLAIMED, CHUNK_DONE };
 
-/* A chunk in motion. */
+/* Chunks in motion, `count` from `chunk` on. */
 struct claim {
     struct queued *entry;
     struct claim *previous, *next;
-    int64_t chunk;
+    int64_t chunk, count;
     _Atomic int64_t ticks_done, ticks_total;
 };
 
@@ -39,6 +39,7 @@ struct queued {
     int64_t prepared_ms;     /* steady clock; a worker prepares it since then. 0 = nobody does */
     int64_t rests_until_ms;  /* steady clock; others go first until then. 0 = it does not rest */
     int64_t chunks, chunks_done, first_free; /* chunks: up to the goal */
+    int64_t team;                            /* as many may go together */
     unsigned char *chunk_state;
     double progress, from, to; /* where it was when `from` chunks were done; expected end, or 0 */
     struct claim *claims;
@@ -73,6 +74,7 @@ struct queue {
     struct calibration *calibration; /* has its own mutex, */
     struct theory_cache *theories;   /* and so has this */
     struct job_limits limits;
+    size_t workers; /* like the limits as it was at the beginning */
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     struct owner *owners;
@@ -89,7 +91,7 @@ struct queued *entry_find(struct queue *queue, const char *id);
 /* NULL = no memory. */
 struct queued *entry_create(struct owner *owner, const char *id);
 /* Hands over a scene, in the place of one before; false = no memory (it is freed). */
-bool entry_set_scene_take(struct queued *entry, struct bcd_scene *scene);
+bool entry_set_scene_take(struct queue *queue, struct queued *entry, struct bcd_scene *scene);
 /* Reads from the store up to where the job is to be run, and what of that is done; needs no mutex
  * while the entry is in the caller's hands alone (pinned). */
 enum store_status entry_read_goal(struct queue *queue, struct queued *entry, int64_t least);
@@ -101,8 +103,8 @@ void entry_release(struct queue *queue, struct queued *entry);
 void entry_free(struct queued *entry);
 /* The next chunk to hand out: a free one, QUEUE_FINISH, or chunks = none. */
 int64_t entry_next_chunk(struct queued *entry);
-/* Hands out that chunk; false = no memory. */
-bool entry_claim(struct queued *entry, struct task *task);
+/* Hands out that chunk, and those that go with it; false = no memory. */
+bool entry_claim(const struct queue *queue, struct queued *entry, struct task *task);
 /* Takes the claim away from its entry and frees it. */
 struct queued *entry_drop_claim(struct task *task, enum chunk_state becomes);
 
@@ -115,6 +117,8 @@ struct owner *owner_find(struct queue *queue, const char *name);
 struct queued *owner_entry(struct owner *owner);
 /* Whose turn it is; NULL = there is no work. *jumps: it is that of a newcomer, out of turn. */
 struct owner *owner_choose(struct queue *queue, bool *jumps);
+/* Whether it is somebody else's turn rather than that of this owner, who has work in motion. */
+bool owner_gives_way(struct queue *queue, const struct owner *owner);
 /* Takes usage to the store. With the mutex held, and let go meanwhile. */
 void owner_save_usage(struct queue *queue);
 int64_t owner_now_ms(void);

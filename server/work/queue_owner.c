@@ -158,6 +158,14 @@ struct owner *owner_choose(struct queue *queue, bool *jumps)
     return *jumps ? newcomer : fair;
 }
 
+bool owner_gives_way(struct queue *queue, const struct owner *owner)
+{
+    bool jumps = false;
+    const struct owner *next = owner_choose(queue, &jumps);
+
+    return next && next != owner && (jumps || used_less(next, owner, owner_now_ms()));
+}
+
 /* ---------------------------------------------------------------------- usage */
 
 /* With the mutex held. */

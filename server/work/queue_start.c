@@ -225,7 +225,7 @@ static enum store_status start_job(struct queue *queue, struct queued *entry)
         bcd_scene_free(scene);
         return status;
     }
-    if (!entry_set_scene_take(entry, scene))
+    if (!entry_set_scene_take(queue, entry, scene))
         return STORE_BROKEN;
     status = entry_read_goal(queue, entry, 0);
     return status || entry->resumes ? status : store_jobs_start(queue->store, entry->id);

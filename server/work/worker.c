@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * worker.c - see worker.h. The only file of the daemon that moves a run.
+ * worker.c - see worker.h. The only file of the daemon that moves runs.
  *
- * A run goes on in slices of about LIMIT_SLICE_MS. Between two slices its progress is published and
- * cancel, stop and checkpoint (worker_checkpoint.c) are looked at; how the slices fall changes no
- * bit of the run.
+ * A task's runs, one as a rule, go on in slices of about LIMIT_SLICE_MS. Between two slices their
+ * progress is published and cancel, stop and checkpoints (worker_checkpoint.c) are looked at; how
+ * the slices fall changes no bit of a run, nor do those that go beside it.
  *
  * THREADS  Each worker is one thread with its own run and tallies; what is shared is queue and
  * store.
@@ -124,82 +124,7 @@ bool work_try_again(struct work *work, enum store_status status, int tries)
     return work_back_off(work, tries);
 }
 
-/* ------------------------------------------------------------------ beginnings */
-
-/* A chunk that another job began: goes on from there. A beginning that is damaged is dropped, and
- * the chunk run from its own beginning. */
-static enum bcd_status go_on(struct work *work)
-{
-    const struct task *task = work->task;
-    struct family_sample base = {0};
-    struct bcd_tally *tally = NULL;
-    enum bcd_status status = BCD_OK;
-
-    if (store_samples_base(work->workers->store, task->id, &base) != STORE_OK)
-        return BCD_OK;
-    if (base.rest.bytes && base.chunks == task->chunk) {
-        status = bcd_tally_create(&tally, task->scene);
-        if (status == BCD_OK)
-            status = bcd_tally_restore(tally, base.rest.bytes, base.rest.size, &work->error);
-        if (status == BCD_OK)
-            status = bcd_run_continue(work->run, tally, &work->error);
-        bcd_tally_free(tally);
-    }
-    if (status == BCD_CORRUPT) {
-        work_drop_base(work, &base);
-        status = BCD_OK;
-    }
-    family_sample_fini(&base);
-    return status;
-}
-
-/* Makes the run, where it was left if it was left anywhere. */
-static enum bcd_status create_run(struct work *work)
-{
-    const struct task *task = work->task;
-    enum bcd_status status =
-        bcd_run_create_watched(&work->run, task->scene, task->chunk, &work->watch, &work->error);
-    enum saved saved;
-
-    if (status)
-        return status;
-    saved = saving_restore(work);
-    if (saved == SAVED_RESTORED)
-        return BCD_OK;
-    if (saved == SAVED_NOTHING)
-        return go_on(work);
-    if (saved == SAVED_LATER) {
-        bcd_run_free(work->run);
-        work->run = NULL;
-        return BCD_NO_MEMORY;
-    }
-    log_write(LOG_LEVEL_WARNING, "checkpoint_dropped",
-              LOG_FIELDS(log_text("job", task->id), log_integer("chunk", task->chunk),
-                         log_text("reason", work->error.text)));
-    bcd_run_free(work->run);
-    work->run = NULL;
-    status =
-        bcd_run_create_watched(&work->run, task->scene, task->chunk, &work->watch, &work->error);
-    return status ? status : go_on(work);
-}
-
-/* The machine may be short of memory for the moment only. */
-static enum bcd_status create_run_patiently(struct work *work)
-{
-    enum bcd_status status = create_run(work);
-
-    for (int tries = 1; status == BCD_NO_MEMORY && tries < MEMORY_TRIES_MAX; tries++) {
-        log_write(
-            LOG_LEVEL_WARNING, "worker_waits_for_memory",
-            LOG_FIELDS(log_text("job", work->task->id), log_integer("chunk", work->task->chunk)));
-        if (!work_back_off(work, tries))
-            break;
-        status = create_run(work);
-    }
-    return status;
-}
-
-/* --------------------------------------------------------------------- one chunk */
+/* ---------------------------------------------------------------------- one task */
 
 /* How many ticks to take next, after `ticks` of them took `elapsed_ns`. */
 static int64_t next_slice(int64_t ticks, int64_t elapsed_ns)
@@ -212,12 +137,12 @@ static int64_t next_slice(int64_t ticks, int64_t elapsed_ns)
 }
 
 /* For the counters. */
-double work_rod_steps(const struct bcd_scene *scene)
+double work_rod_steps(const struct task *task)
 {
     struct bcd_estimate estimate;
 
-    bcd_scene_estimate(scene, &estimate);
-    return estimate.rod_steps / (double)bcd_scene_chunks(scene);
+    bcd_scene_estimate(task->scene, &estimate);
+    return estimate.rod_steps * (double)task->count / (double)bcd_scene_chunks(task->scene);
 }
 
 /* Where a run was when its time began to be taken. */
@@ -225,11 +150,11 @@ struct measured {
     int64_t ticks, cpu_ns;
 };
 
-/* Nominal core seconds of the chunk. */
+/* Nominal core seconds of the task. */
 static double nominal_seconds(const struct task *task)
 {
     const struct bcd_scene *scene = task->scene;
-    double mine = (double)(bcd_scene_realizations(scene, task->chunk + 1) -
+    double mine = (double)(bcd_scene_realizations(scene, task->chunk + task->count) -
                            bcd_scene_realizations(scene, task->chunk)) /
                   (double)bcd_scene_realizations(scene, bcd_scene_chunks(scene));
     struct bcd_estimate estimate;
@@ -238,17 +163,17 @@ static double nominal_seconds(const struct task *task)
     return estimate.core_seconds * mine;
 }
 
-/* What a finished chunk has taken, or the part of it that was run here. */
+/* What a finished task has taken, or the part of it that was run here. */
 static void note_cost(struct work *work, const struct measured *from)
 {
-    int64_t total = bcd_run_ticks_total(work->run);
+    int64_t total = bcd_team_ticks_total(work->team);
 
     calibration_note(queue_calibration(work->workers->queue), calibration_method(work->task->scene),
                      nominal_seconds(work->task) * (double)(total - from->ticks) / (double)total,
                      1e-9 * (double)(work_cpu_ns() - from->cpu_ns));
 }
 
-/* How long the chunk may take, if something is wrong with it or with its estimate. */
+/* How long the task may take, if something is wrong with it or with its estimate. */
 void work_allow(struct work *work)
 {
     struct queue *queue = work->workers->queue;
@@ -262,85 +187,48 @@ void work_allow(struct work *work)
     work->allowed_ns = allowed < 1e9 ? (int64_t)(1e9 * allowed) + 1 : 0;
 }
 
-/* Advances the run to its end; STOPPED when it was told to stop before. */
+/* Advances the runs to their end; STOPPED when it was told to stop before. */
 static enum run_end advance(struct work *work)
 {
-    const int64_t total = bcd_run_ticks_total(work->run);
-    const double rods_per_tick = work_rod_steps(work->task->scene) / (double)total;
-    const struct measured measured = {bcd_run_ticks_done(work->run), work_cpu_ns()};
-    int64_t slice = 1, before = work_now_ns();
+    const int64_t total = bcd_team_ticks_total(work->team);
+    const double rods_per_tick = work_rod_steps(work->task) / (double)total;
+    const struct measured measured = {bcd_team_ticks_done(work->team), work_cpu_ns()};
+    int64_t slice = 1, before = work_now_ns(), done = measured.ticks;
 
     saving_begin(work, before);
-    atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
+    atomic_store(work->task->ticks_done, done);
     atomic_store(work->task->ticks_total, total);
-    while (bcd_run_ticks_done(work->run) < total) {
-        int64_t after, from = bcd_run_ticks_done(work->run);
+    while (done < total) {
+        int64_t after, from = done;
 
         if (work_should_stop(work))
             return RUN_STOPPED;
-        work->error.code = bcd_run_advance(work->run, slice, &work->error);
+        work->error.code = bcd_team_advance(work->team, slice, &work->error);
         if (work->error.code || over_time(work))
             return work_should_stop(work) ? RUN_STOPPED : RUN_FAILED;
         after = work_now_ns();
+        done = bcd_team_ticks_done(work->team);
         slice = next_slice(slice, after - before);
         atomic_store(&work->worker->seen_ns, after);
         atomic_fetch_add(&work->worker->rod_steps,
-                         (int64_t)(rods_per_tick * (double)(bcd_run_ticks_done(work->run) - from)));
-        atomic_store(work->task->ticks_done, bcd_run_ticks_done(work->run));
+                         (int64_t)(rods_per_tick * (double)(done - from)));
+        atomic_store(work->task->ticks_done, done);
         work_tell_use(work);
-        if (bcd_run_ticks_done(work->run) < total && saving_look(work, after))
+        if (done < total && saving_look(work, after)) {
+            if (queue_gives_way(work->workers->queue, work->task))
+                return RUN_GAVE_WAY;
             after = work_now_ns();
+        }
         before = after;
     }
     note_cost(work, &measured);
     return RUN_DONE;
 }
 
-enum run_end work_put_chunk(struct work *work, const void *bytes, size_t size)
-{
-    enum store_status status;
-    int tries = 0;
-
-    do
-        status = store_results_put_chunk(work->workers->store, work->task->id, work->task->chunk,
-                                         bytes, size);
-    while (work_try_again(work, status, ++tries));
-    if (status == STORE_OK)
-        return RUN_DONE;
-    if (status == STORE_BROKEN && !work_should_stop(work)) {
-        work->error.code = BCD_INTERNAL;
-        snprintf(work->error.text, sizeof work->error.text, "a finished part could not be stored");
-        return RUN_FAILED;
-    }
-    /* No longer running in the store: cancelled, and nobody is to take this chunk up again. */
-    if (status == STORE_CONFLICT || status == STORE_NOT_FOUND)
-        queue_cancel(work->workers->queue, work->task->id);
-    return RUN_STOPPED;
-}
-
-static enum run_end put_tally(struct work *work)
-{
-    const struct bcd_tally *tally = bcd_run_tally(work->run);
-    size_t size = bcd_tally_size(tally);
-    void *bytes = malloc(size + 1);
-    enum run_end outcome;
-
-    for (int tries = 1; !bytes && tries < MEMORY_TRIES_MAX && work_back_off(work, tries); tries++)
-        bytes = malloc(size + 1);
-    if (!bytes) {
-        work->error.code = BCD_NO_MEMORY;
-        return work_should_stop(work) ? RUN_STOPPED : RUN_FAILED;
-    }
-    bcd_tally_save(tally, bytes);
-    outcome = work_put_chunk(work, bytes, size);
-    free(bytes);
-    return outcome;
-}
-
 enum run_end work_run_here(struct work *work)
 {
     work_allow(work);
-    work->error.code = create_run_patiently(work);
+    work->error.code = work_create_team(work);
     if ((work->error.code == BCD_NO_MEMORY || work->error.code == BCD_STOPPED) &&
         work_should_stop(work))
         return RUN_STOPPED;
@@ -348,8 +236,8 @@ enum run_end work_run_here(struct work *work)
         return RUN_FAILED;
     enum run_end outcome = advance(work);
     if (outcome == RUN_DONE)
-        return put_tally(work);
-    /* A run that was stopped in the middle of a start goes on from its last checkpoint. */
+        return work_put_tallies(work);
+    /* Runs that were stopped in the middle of a start go on from their last checkpoints. */
     if (outcome == RUN_STOPPED && !atomic_load(work->task->cancelled) &&
         work->watch.end == BCD_WATCH_GOES_ON)
         saving_last(work);
@@ -393,9 +281,10 @@ static void do_task(struct worker *worker, struct task *task)
     if (!last) {
         enum run_end outcome = work_run_chunk(&work);
 
-        saving_end(&work, outcome != RUN_STOPPED || atomic_load(task->cancelled));
-        bcd_run_free(work.run);
-        work.run = NULL;
+        saving_end(&work, outcome == RUN_DONE || outcome == RUN_FAILED ||
+                              atomic_load(task->cancelled));
+        bcd_team_free(work.team);
+        work.team = NULL;
         work_tell_use(&work);
         if (outcome != RUN_DONE) {
             if (outcome == RUN_FAILED)
@@ -403,7 +292,7 @@ static void do_task(struct worker *worker, struct task *task)
             queue_release(workers->queue, task);
             return;
         }
-        atomic_fetch_add(&worker->chunks, 1);
+        atomic_fetch_add(&worker->chunks, task->count);
         queue_done(workers->queue, task, &last);
     }
     if (last) {
@@ -462,6 +351,7 @@ struct workers *workers_start_lending(size_t count, struct queue *queue, struct 
     workers->aside = work_finishers(count);
     workers->queue = queue;
     workers->store = store;
+    queue_set_workers(queue, leases ? 0 : count); /* chunks are lent one by one */
     workers->crash_path = queue_crash_path(queue);
     if (!workers->crash_path) {
         free(workers);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * worker_checkpoint.c - how a chunk in motion is kept; see worker_internal.h.
+ * worker_checkpoint.c - how chunks in motion are kept; see worker_internal.h.
  *
  * Small ones are rows of the database. Of large ones, where most of the memory stands still from
  * one to the next (configurations that displacements are measured from), only the pieces that have
@@ -56,44 +56,50 @@ static void pace_next(struct saving *saving, int64_t begun)
 
 /* ----------------------------------------------------------------------- saving */
 
-static struct chunk_place place_of(const struct work *work)
+static struct chunk_place place_of(const struct work *work, int64_t index)
 {
-    struct chunk_place place = {.chunk = work->task->chunk};
+    struct chunk_place place = {.chunk = work->task->chunk + index};
 
     snprintf(place.id, sizeof place.id, "%s", work->task->id);
     return place;
 }
 
-/* What became of one. */
+/* The only run, or one like the others: only what goes alone has checkpoints that are large. */
+static struct bcd_run *first_run(const struct work *work)
+{
+    return bcd_team_run(work->team, 0);
+}
+
+/* What became of them. */
 static void note(struct work *work, enum store_status status)
 {
+    size_t each = bcd_run_checkpoint_size(first_run(work));
+
     if (status == STORE_FULL || status == STORE_BROKEN)
         log_write(LOG_LEVEL_WARNING, "checkpoint_not_kept",
                   LOG_FIELDS(log_text("job", work->task->id),
                              log_integer("chunk", work->task->chunk),
-                             log_integer("bytes", (int64_t)bcd_run_checkpoint_size(work->run))));
+                             log_integer("chunks", work->task->count),
+                             log_integer("bytes", (int64_t)each)));
     atomic_fetch_add(&work->worker->checkpoints, 1);
 }
 
-static void save_row(struct work *work)
+static void save_rows(struct work *work)
 {
-    size_t size = bcd_run_checkpoint_size(work->run);
-    void *bytes = malloc(size + 1);
+    struct run_bytes bytes = run_bytes_of(work->team, false);
     enum store_status status = STORE_BROKEN;
 
-    if (bytes) {
-        bcd_run_save(work->run, bytes);
-        status = store_results_checkpoint(work->workers->store, work->task->id, work->task->chunk,
-                                          bytes, size);
-    }
-    free(bytes);
+    if (bytes.at)
+        status = store_results_checkpoints(work->workers->store, work->task->id, work->task->chunk,
+                                           bytes.at, bytes.count);
+    run_bytes_fini(&bytes);
     note(work, status);
 }
 
 static bool have_sums(struct work *work)
 {
     struct saving *saving = &work->saving;
-    size_t count = bcd_run_checkpoint_pieces(work->run);
+    size_t count = bcd_run_checkpoint_pieces(first_run(work));
 
     static_assert((int)PIECES_SIZE == (int)BCD_CHECKPOINT_PIECE &&
                       (int)PIECES_HEAD_SIZE == (int)BCD_CHECKPOINT_HEAD,
@@ -107,13 +113,13 @@ static bool have_sums(struct work *work)
 
 static enum store_status have_file(struct work *work)
 {
-    const struct chunk_place place = place_of(work);
+    const struct chunk_place place = place_of(work, 0);
 
     if (!have_sums(work))
         return STORE_BROKEN;
     return work->saving.file ? STORE_OK
                              : pieces_create(&work->saving.file, work->workers->store, &place,
-                                             bcd_run_checkpoint_size(work->run));
+                                             bcd_run_checkpoint_size(first_run(work)));
 }
 
 /* The sums of 64 bits tell what has changed, as they tell what is damaged. */
@@ -123,10 +129,10 @@ static enum store_status put_pieces(struct work *work)
     unsigned char head[BCD_CHECKPOINT_HEAD];
     enum store_status status = STORE_OK;
 
-    bcd_run_checkpoint_head(work->run, head, saving->next);
-    for (size_t i = 0; i < bcd_run_checkpoint_pieces(work->run) && status == STORE_OK; i++) {
+    bcd_run_checkpoint_head(first_run(work), head, saving->next);
+    for (size_t i = 0; i < bcd_run_checkpoint_pieces(first_run(work)) && status == STORE_OK; i++) {
         size_t size;
-        const void *piece = bcd_run_checkpoint_piece(work->run, i, &size);
+        const void *piece = bcd_run_checkpoint_piece(first_run(work), i, &size);
         bool same = pieces_any(saving->file) && saving->next[i] == saving->kept[i];
 
         status = pieces_put(saving->file, i, piece, same);
@@ -173,10 +179,10 @@ static bool step(struct work *work)
 
     if (saving->file && pieces_waiting(saving->file))
         keep_pieces(work);
-    else if (bcd_run_checkpoint_size(work->run) > LIMIT_CHECKPOINT_ROW_BYTES)
+    else if (bcd_run_checkpoint_size(first_run(work)) > LIMIT_CHECKPOINT_ROW_BYTES)
         more = save_pieces(work);
     else
-        save_row(work);
+        save_rows(work);
     cpu = work_cpu_ns() - cpu;
     saving->cpu_ns += cpu;
     saving->took_ns += work_now_ns() - began;
@@ -232,13 +238,13 @@ static void go_on_with_file(struct work *work)
     unsigned char head[BCD_CHECKPOINT_HEAD];
 
     if (have_sums(work))
-        bcd_run_checkpoint_head(work->run, head, work->saving.kept);
+        bcd_run_checkpoint_head(first_run(work), head, work->saving.kept);
 }
 
-enum store_status saving_load(struct work *work, struct blob *checkpoint)
+enum store_status saving_load(struct work *work, int64_t index, struct blob *checkpoint)
 {
     struct store *store = work->workers->store;
-    const struct chunk_place place = place_of(work);
+    const struct chunk_place place = place_of(work, index);
     struct blob row = {0};
     enum store_status status = store_results_load_checkpoint(store, place.id, place.chunk, &row);
 
@@ -250,13 +256,17 @@ enum store_status saving_load(struct work *work, struct blob *checkpoint)
         return STORE_OK;
     }
     blob_fini(&row);
+    if (work->task->count > 1) { /* it was alone before */
+        pieces_close(work->saving.file, false);
+        work->saving.file = NULL;
+    }
     return status == STORE_NOT_FOUND ? STORE_CONFLICT : status;
 }
 
-enum saved saving_restore(struct work *work)
+enum saved saving_restore(struct work *work, int64_t index)
 {
     struct blob checkpoint = {0};
-    enum store_status status = saving_load(work, &checkpoint);
+    enum store_status status = saving_load(work, index, &checkpoint);
 
     if (status == STORE_NOT_FOUND)
         return SAVED_NOTHING;
@@ -264,8 +274,8 @@ enum saved saving_restore(struct work *work)
         return SAVED_LATER;
     work->error.code = BCD_CORRUPT;
     if (status == STORE_OK)
-        work->error.code =
-            bcd_run_restore(work->run, checkpoint.bytes, checkpoint.size, &work->error);
+        work->error.code = bcd_run_restore(bcd_team_run(work->team, index), checkpoint.bytes,
+                                           checkpoint.size, &work->error);
     else
         snprintf(work->error.text, sizeof work->error.text, "its file cannot be read");
     blob_fini(&checkpoint);

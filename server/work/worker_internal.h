@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * worker_internal.h - what worker.c, which moves runs, worker_checkpoint.c, which keeps them, and
+ * worker_internal.h - what worker.c, which moves runs, worker_chunks.c, which makes them,
+ * worker_checkpoint.c, which keeps them, worker_lend.c, which has all that done elsewhere, and
  * worker_finish.c, which ends jobs, share.
  */
 #ifndef WORKER_INTERNAL_H
@@ -8,6 +9,7 @@
 
 #include "lease.h"
 #include "store_pieces.h"
+#include "store_results.h"
 #include "store_samples.h"
 #include "worker.h"
 
@@ -43,8 +45,9 @@ struct workers {
     struct worker each[];
 };
 
-/* A chunk's checkpoints: when the next one is due and what it may cost (worker_checkpoint.c); the
- * file of large ones, the sums of what is kept in it, and of what is about to be. */
+/* A task's checkpoints: when the next ones are due and what they may cost (worker_checkpoint.c);
+ * the file of large ones, which are of a run that goes alone, the sums of what is kept in it, and
+ * of what is about to be. */
 struct saving {
     int64_t due_ns, gap_ns, credit_ns;
     int64_t put_ns, took_ns, cpu_ns; /* since when the newest one waits for the disk, its cost */
@@ -57,20 +60,21 @@ struct work {
     struct workers *workers;
     struct worker *worker;
     struct task *task;
-    struct bcd_run *run;
+    struct bcd_team *team; /* the runs of its chunks */
     struct bcd_error error;
     int64_t cpu_ns;
-    double expected_seconds; /* of the whole chunk */
+    double expected_seconds; /* of its chunks as a whole */
     struct saving saving;
     struct bcd_watch watch;       /* over everything that the engine does for it */
     int64_t began_ns, allowed_ns; /* of this thread's clock; allowed: 0 = whatever it takes */
 };
 
-/* What became of a chunk. */
+/* What became of a task's chunks. */
 enum run_end {
-    RUN_DONE,    /* its tally is stored */
-    RUN_STOPPED, /* cancelled or stopping; goes back */
-    RUN_FAILED,  /* the job cannot be run */
+    RUN_DONE,     /* their tallies are stored */
+    RUN_STOPPED,  /* cancelled or stopping; go back */
+    RUN_GAVE_WAY, /* checkpoints are stored; go back */
+    RUN_FAILED,   /* the job cannot be run */
 };
 
 /* ------------------------------------------------------------------ worker.c */
@@ -87,13 +91,29 @@ bool work_back_off(const struct work *work, int tries);
 /* What to do about a store that answered `status` at try number `tries`: true = try again. */
 bool work_try_again(struct work *work, enum store_status status, int tries);
 
-/* Runs the chunk in this thread, and stores its tally. */
+/* Runs the task's chunks in this thread, and stores their tallies. */
 enum run_end work_run_here(struct work *work);
-/* Stores a finished chunk's tally, with patience. */
-enum run_end work_put_chunk(struct work *work, const void *bytes, size_t size);
-/* Sets how much of the processor the chunk may take. */
+/* Sets how much of the processor they may take. */
 void work_allow(struct work *work);
-double work_rod_steps(const struct bcd_scene *scene); /* of one chunk */
+double work_rod_steps(const struct task *task);
+
+/* ----------------------------------------------------------- worker_chunks.c */
+
+/* Makes the runs, each where it was left if it was left anywhere. */
+enum bcd_status work_create_team(struct work *work);
+
+/* Of each run its checkpoint, or, of those that have ended, its tally. */
+struct run_bytes {
+    int64_t count;
+    struct chunk_new *at; /* [count]; NULL = no memory for all of them */
+};
+struct run_bytes run_bytes_of(const struct bcd_team *team, bool tally);
+void run_bytes_fini(struct run_bytes *bytes);
+
+/* Stores the tallies of runs that have ended, with patience. */
+enum run_end work_put_tallies(struct work *work);
+/* The same for tallies at hand, one for each of the task's chunks. */
+enum run_end work_put_chunks(struct work *work, const struct chunk_new *tallies);
 
 /* ------------------------------------------------------------- worker_lend.c */
 
@@ -105,32 +125,33 @@ bool work_take(const struct worker *worker, struct task *task);
 bool work_begin(struct work *work);
 void work_end(struct work *work);
 
-/* The chunk, here or elsewhere. */
+/* The chunks, here or, one by one, elsewhere. */
 enum run_end work_run_chunk(struct work *work);
 
 /* ------------------------------------------------------- worker_checkpoint.c */
 
-/* Puts a run that was just made where its newest checkpoint left it. */
+/* Puts a run that was just made, of the task's index-th chunk, where its newest checkpoint left
+ * it. */
 enum saved {
     SAVED_NOTHING,
     SAVED_RESTORED,
     SAVED_LATER,   /* there is no memory to read it at the moment */
-    SAVED_DAMAGED, /* work->error says in which way; the run is to be made anew */
+    SAVED_DAMAGED, /* work->error says in which way; the run is as it was */
 };
-enum saved saving_restore(struct work *work);
+enum saved saving_restore(struct work *work, int64_t index);
 /* The chunk's newest checkpoint, sound or not; the file it may be in is opened to go on with.
  * STORE_NOT_FOUND: there is none. STORE_CONFLICT: its file cannot be read. STORE_BROKEN: no memory.
  */
-enum store_status saving_load(struct work *work, struct blob *checkpoint);
+enum store_status saving_load(struct work *work, int64_t index, struct blob *checkpoint);
 
-/* The run is about to move. */
+/* The runs are about to move. */
 void saving_begin(struct work *work, int64_t now_ns);
-/* Between two slices: makes a checkpoint if one is due. True if that took time. One that cannot be
- * kept costs work after a crash, not the run: logged, and that is it. */
+/* Between two slices: makes checkpoints if they are due. True if that took time. Some that cannot
+ * be kept cost work after a crash, not the runs: logged, and that is it. */
 bool saving_look(struct work *work, int64_t now_ns);
-/* The run will not move any more for now: where it stands is kept. */
+/* The runs will not move any more for now: where they stand is kept. */
 void saving_last(struct work *work);
-/* ended: no checkpoint of the chunk is needed any more. */
+/* ended: no checkpoint of the chunks is needed any more. */
 void saving_end(struct work *work, bool ended);
 
 /* ----------------------------------------------------------- worker_finish.c */

@@ -9,6 +9,7 @@
 #include "limits.h"
 #include "log.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -91,7 +92,7 @@ static struct lease *offer(struct work *work)
 
     work_allow(work);
     terms.core_seconds_max = 1e-9 * (double)work->allowed_ns;
-    if (saving_load(work, &terms.checkpoint) != STORE_OK)
+    if (saving_load(work, 0, &terms.checkpoint) != STORE_OK)
         load_begun(work, &terms.begun);
     if (terms.checkpoint.size > LIMIT_LEASE_BYTES_MAX)
         blob_fini(&terms.checkpoint);
@@ -145,11 +146,13 @@ static void keep_checkpoint(struct work *work, struct kept *kept, struct lease_n
 static enum run_end put_away(struct work *work, const struct blob *tally)
 {
     bool in_turn = work_begin(work);
-    enum run_end outcome = work_put_chunk(work, tally->bytes, tally->size);
+    assert(work->task->count == 1); /* no teams: see workers_start_lending */
+    enum run_end outcome =
+        work_put_chunks(work, &(struct chunk_new){tally->bytes, tally->size});
 
     if (in_turn)
         work_end(work);
-    atomic_fetch_add(&work->worker->rod_steps, (int64_t)work_rod_steps(work->task->scene));
+    atomic_fetch_add(&work->worker->rod_steps, (int64_t)work_rod_steps(work->task));
     return outcome;
 }
 

@@ -31,6 +31,19 @@ struct bcd_scene *job_bench_scene(int chunks, int seed)
     return scene;
 }
 
+struct bcd_scene *job_bench_small_rings(int chunks)
+{
+    struct bcd_scene *scene = experiment_scene(
+        "{'particles':10,'length':20,'diameter':0.5,'time':400,'force':1,'time_step':0.001,"
+        "'realizations':%d,'seed':3,'potential':{'type':'cosine','amplitude':6},'observables':{"
+        "'msd':{'first':0.01,'last':1,'points':5},'density':{'bins':10},'energy':{}}}",
+        chunks);
+
+    assert_int_equal(bcd_scene_chunks(scene), chunks);
+    assert_int_equal(bcd_scene_team(scene), 8);
+    return scene;
+}
+
 void job_bench_submit(struct store *store, struct queue *queue, struct bcd_scene *scene,
                       char id[JOB_ID_SIZE])
 {

@@ -12,6 +12,9 @@
  * caller. */
 struct bcd_scene *job_bench_scene(int chunks, int seed);
 
+/* A job of rings so small that up to 8 chunks, of one realization each, go together. */
+struct bcd_scene *job_bench_small_rings(int chunks);
+
 /* Keeps the scene's job in the store, where it must be new, and hands it to the queue. The scene is
  * taken; queue may be NULL. */
 void job_bench_submit(struct store *store, struct queue *queue, struct bcd_scene *scene,

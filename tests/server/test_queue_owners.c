@@ -329,6 +329,44 @@ static void a_sweep_delays_others_by_one_chunk(void **state)
     end(queue);
 }
 
+/* What goes together is not let go at the end of a chunk: it gives way before, to who is next. */
+static void teams_give_way(void **state)
+{
+    struct store *store = ((struct bench *)*state)->store;
+    struct queue *queue = make_queue(store);
+    struct task team, one;
+    char owner[OWNER_SIZE], id[JOB_ID_SIZE];
+    struct ticket ticket = {.owner = "anna"};
+
+    queue_set_workers(queue, 3);
+    job_bench_submit_as(store, queue, job_bench_small_rings(12), &ticket, id);
+    claim(store, queue, &team, owner);
+    assert_int_equal(team.chunk, 0);
+    assert_int_equal(team.count, 4); /* of 12 chunks, one of three workers */
+    claim(store, queue, &one, owner);
+    assert_int_equal(one.chunk, 4);
+    assert_int_equal(one.count, 2);              /* a power of two of what is left, 8 */
+    assert_false(queue_gives_way(queue, &team)); /* to none */
+    queue_spend(queue, &team, 5);
+    submit(store, queue, "bert", 0, 1);
+    assert_true(queue_gives_way(queue, &team));
+    queue_release(queue, &team);
+    queue_release(queue, &one);
+    claim(store, queue, &one, owner);
+    assert_string_equal(owner, "bert");
+    assert_int_equal(one.count, 1);
+    assert_false(queue_gives_way(queue, &one)); /* a chunk goes on to its end */
+    queue_spend(queue, &one, 50);
+    claim(store, queue, &team, owner);
+    assert_string_equal(owner, "anna");
+    assert_int_equal(team.chunk, 0);
+    assert_int_equal(team.count, 4);
+    assert_false(queue_gives_way(queue, &team)); /* bert has had more */
+    queue_release(queue, &one);
+    queue_release(queue, &team);
+    end(queue);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -340,6 +378,7 @@ int main(void)
         BENCH_TEST(priority_goes_first_within_an_owner),
         BENCH_TEST(priority_does_not_reach_other_owners),
         BENCH_TEST(a_sweep_delays_others_by_one_chunk),
+        BENCH_TEST(teams_give_way),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

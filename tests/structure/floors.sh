@@ -100,7 +100,7 @@ report "the server enters the engine by its one door" "$(
 
 report "only worker*.c, cli*.c and report_run.c run simulations" "$(
     grep -rlE '\bbcd_(run|team)_[a-z]+[ ]*\(' --include='*.[ch]' server |
-        grep -vE '^server/(work/worker(_checkpoint)?|report/report_run|cli/cli[a-z_]*)\.c$'
+        grep -vE '^server/(work/worker(_checkpoint|_chunks)?|report/report_run|cli/cli[a-z_]*)\.c$'
 )"
 
 # The rooms of the server, from the top: the programs, what is asked for (api/), how it comes and goes
