@@ -10,7 +10,7 @@
 
 /* So many jobs of a segment may have news before these move into the columns: a list reads them
  * all, and moving them writes the columns anew. */
-enum { NEWS_MAX = 32, KEY_STARTED = 2, KEY_FINISHED = 3 };
+enum { NEWS_MAX = 16, KEY_STARTED = 2, KEY_FINISHED = 3 };
 
 /* ---------------------------------------------------------------- gathering */
 

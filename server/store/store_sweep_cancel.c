@@ -261,7 +261,8 @@ enum store_status store_sweeps_cancel(struct store *store, const char *id,
     char(*ids)[JOB_ID_SIZE] = NULL;
     size_t ran = 0;
     enum store_status marked = mark(store, id, by, &found), status = marked;
-    bool again = marked == STORE_CONFLICT && found.counts[JOB_QUEUED] > 0;
+    bool again =
+        marked == STORE_CONFLICT && found.counts[JOB_QUEUED] + found.counts[JOB_RUNNING] > 0;
     bool large = found.points >= KEEP_LARGE;
 
     if (marked == STORE_OK || again) {
@@ -293,10 +294,10 @@ enum store_status store_sweeps_resume(struct store *store)
 
     while (status == STORE_OK) {
         sqlite3 *db = store_read_begin(store);
-        struct stmt row =
-            stmt_init(db, "SELECT min(s.seq) FROM sweeps AS s JOIN sweep_counts AS c"
-                          " ON c.sweep = s.seq WHERE s.cancelled_ms IS NOT NULL"
-                          " AND c.state = 'queued' AND c.points > 0 AND s.seq > :after");
+        struct stmt row = stmt_init(db, "SELECT min(s.seq) FROM sweeps AS s JOIN sweep_counts AS c"
+                                        " ON c.sweep = s.seq WHERE s.cancelled_ms IS NOT NULL"
+                                        " AND c.state IN ('queued', 'running') AND c.points > 0"
+                                        " AND s.seq > :after");
 
         stmt_bind_integer(&row, ":after", after);
         after = stmt_step(&row) ? stmt_integer(&row, 0) : 0;

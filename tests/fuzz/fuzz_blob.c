@@ -173,13 +173,33 @@ static bool is_kept(const struct column *column)
     return i < SEGMENT_JOBS;
 }
 
+/* What is looked up is what is decoded, and the filter strikes out what it says. */
+static void look_up(const struct column *column, const void *bytes, size_t size)
+{
+    const struct scalar seven = scalar_integer(7);
+    for (int i = 0; i < 4; i++) {
+        const struct column_filter filter = {place, &seven, .negate = i & 1, .none = i & 2};
+        bool wanted[SEGMENT_JOBS];
+        memset(wanted, true, sizeof(wanted));
+        FUZZ_CHECK(column_narrow(bytes, size, &filter, wanted));
+        for (size_t k = 0; k < SEGMENT_JOBS; k++) {
+            struct scalar value = column_get(column, k), found;
+            FUZZ_CHECK(column_value(bytes, size, k, &found) &&
+                       scalar_compare(&value, &found, false) == 0);
+            bool met = (place(&seven, &value) == 0) != filter.negate;
+            FUZZ_CHECK(wanted[k] == (value.type == SCALAR_NONE ? filter.none : met));
+        }
+    }
+}
+
 static void read_column(const uint8_t *data, size_t size)
 {
     static struct column column, again;
-    struct scalar least, most, seven = scalar_integer(7);
+    struct scalar least, most, value, seven = scalar_integer(7);
     bool wanted[SEGMENT_JOBS];
     size_t encoded_size = 0;
     column_ends(data, size, &least, &most);
+    column_value(data, size, SEGMENT_JOBS - 1, &value);
     for (int negate = 0; negate < 2; negate++) {
         memset(wanted, true, sizeof(wanted));
         column_narrow(data, size,
@@ -195,6 +215,7 @@ static void read_column(const uint8_t *data, size_t size)
         struct scalar a = column_get(&column, i), b = column_get(&again, i);
         FUZZ_CHECK(scalar_compare(&a, &b, false) == 0); /* 5 and 5.0 are one */
     }
+    look_up(&again, encoded, encoded_size);
     free(encoded);
 }
 
