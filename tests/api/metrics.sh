@@ -43,7 +43,7 @@ more() {
 
 daemon_start "$T/data" --workers 2 --nice 7
 check "workers give way, and nobody else" [ "$(ps -L -o ni=,comm= -p "$PID" |
-    awk '($1 == 7) == ($2 == "worker")' | wc -l)" -eq "$(ps -L -o tid= -p "$PID" | wc -l)" ]
+    awk '($1 == 7) == ($2 ~ /^(worker|finisher)$/)' | wc -l)" -eq "$(ps -L -o tid= -p "$PID" | wc -l)" ]
 ask GET /readyz
 check "a new server is ready" holds '. == {"status": "ready"}'
 post_text "$SHORT"
@@ -105,17 +105,18 @@ daemon_end TERM
 : >"$T/stderr"
 : >"$T/stdout" # or the port of the one before is read there
 (
-    ulimit -f 400 # blocks of 512 bytes
+    ulimit -f 1000 # blocks of 512 bytes: room for the schema and some jobs
     exec "$B/bcdd" --listen 127.0.0.1:0 --data "$T/full" --workers 1 --log changes \
         >"$T/stdout" 2>>"$T/stderr"
 ) &
 PID=$!
 until URL=$(sed -n 's/^listening on //p' "$T/stdout") && [ -n "$URL" ]; do
+    kill -0 "$PID" 2>/dev/null || { echo "Bail out! it did not start"; exit 1; }
     sleep 0.02
 done
 i=0
 STATUS=202
-while [ "$STATUS" = 202 ] && [ $i -lt 300 ]; do
+while [ "$STATUS" = 202 ] && [ $i -lt 1000 ]; do
     i=$((i + 1))
     post_text "{\"particles\":2,\"length\":10,\"time\":1,\"seed\":$i,\"observables\":{\"energy\":{}}}"
 done
