@@ -363,6 +363,7 @@ static struct store *store_create(const char *dir)
     store->columns = column_cache_create();
     atomic_init(&store->tally.writable, true);
     atomic_init(&store->large, 0);
+    atomic_init(&store->slices, 0);
     atomic_init(&store->unsettled, false);
     pthread_mutex_init(&store->write_mutex, NULL);
     pthread_cond_init(&store->group_ended, NULL);

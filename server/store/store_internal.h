@@ -65,6 +65,7 @@ struct store {
     struct watch watch;
     struct store_tally tally;
     atomic_int large;      /* transactions that take seconds, in progress or about to begin */
+    atomic_int slices;     /* rows of transactions in progress that put off the same */
     atomic_bool unsettled; /* one left something to store_settle */
     pthread_mutex_t read_mutex;
     pthread_cond_t read_returned;
@@ -105,6 +106,11 @@ enum store_status store_end(struct store *store, enum store_status status);
  * store_settle has something to do. */
 void store_large_begin(struct store *store);
 void store_large_end(struct store *store);
+
+/* The same around many that take parts of a second, with store_let_others in between: nobody needs
+ * to wait for their end. */
+void store_slices_begin(struct store *store);
+void store_slices_end(struct store *store);
 
 /* Pieces of these, with the mutex held. store_begin_alone: no transaction is in progress. */
 enum store_status store_begin_alone(struct store *store, const char *file, int line);

@@ -23,10 +23,21 @@ void store_large_end(struct store *store)
     atomic_fetch_sub(&store->large, 1);
 }
 
+void store_slices_begin(struct store *store)
+{
+    atomic_fetch_add(&store->slices, 1);
+}
+
+void store_slices_end(struct store *store)
+{
+    atomic_store(&store->unsettled, true);
+    atomic_fetch_sub(&store->slices, 1);
+}
+
 enum store_status store_commit(struct store *store)
 {
     enum { USUAL_PAGES = 1000 }; /* SQLite's own */
-    bool large = store_busy(store);
+    bool large = store_busy(store) || atomic_load(&store->slices) > 0;
     enum store_status status;
 
     if (large)

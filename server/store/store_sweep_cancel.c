@@ -9,7 +9,7 @@
 #include "store_sweep_keep.h"
 #include "store_sweeps_internal.h"
 
-enum { SLICE_JOBS = 16 * SEGMENT_JOBS };
+enum { SLICE_JOBS = 8 * SEGMENT_JOBS };
 
 /* Jobs of the sweep :sweep that wait, and that nobody else wants. */
 #define UNWANTED                                                                                   \
@@ -267,12 +267,12 @@ enum store_status store_sweeps_cancel(struct store *store, const char *id,
 
     if (marked == STORE_OK || again) {
         if (large)
-            store_large_begin(store);
+            store_slices_begin(store);
         status = cancel_plain(store, &found);
         if (status == STORE_OK)
             status = cancel_rest(store, found.seq, &ids, &ran);
         if (large)
-            store_large_end(store);
+            store_slices_end(store);
     }
     sweep_record_fini(&found);
     if (status) {
