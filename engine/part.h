@@ -25,7 +25,7 @@ struct part_type {
 /* ------------------------------------------------------------- potentials */
 
 /* Rods as forces see them: x[i] = y[i] + i * diameter, or y[i] + offset[i] for rods of several
- * lanes (sim.h), which are for potentials with `lanes` alone. */
+ * lanes (sim.h): add_force and flow take both, bit for bit the same for the same x. */
 struct rods {
     const double *y;
     int64_t count;
@@ -33,6 +33,18 @@ struct rods {
     double time;
     const double *offset; /* NULL = none */
 };
+
+/* x of rods start .. start + n - 1. */
+static inline __attribute__((always_inline)) void rods_places(const struct rods *rods,
+                                                              int64_t start, int n, double *x)
+{
+    const double base = (double)start;
+    const double *y = rods->y + start, *offset = rods->offset ? rods->offset + start : NULL;
+    for (int j = 0; j < n && offset; j++)
+        x[j] = y[j] + offset[j];
+    for (int j = 0; j < n && !offset; j++)
+        x[j] = y[j] + (base + (double)j) * rods->diameter;
+}
 
 struct potential_type {
     struct part_type base;
@@ -52,7 +64,6 @@ struct potential_type {
     bool (*steady)(const void *par);     /* does not depend on time: there is an equilibrium */
     double (*velocity)(const void *par); /* of the whole pattern; NULL = at rest */
     bool (*rough)(const void *par);      /* smooth only in pieces; NULL = smooth everywhere */
-    bool lanes;                          /* add_force and flow take rods of several lanes */
     /* Rough cost of the force on one rod beyond a cosine's, and of one energy, for estimates
      * alone; NULL = like a cosine's. */
     double (*force_ns)(const void *par, const struct plan *plan);

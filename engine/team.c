@@ -33,7 +33,7 @@ struct bcd_team {
 int64_t run_lanes(const struct plan *plan, int64_t count)
 {
     int64_t lanes = 1;
-    if (!plan->method->lanes || (plan->field && !plan->potential->lanes))
+    if (!plan->method->lanes)
         return 1;
     while (2 * lanes <= count && 2 * lanes <= LANES_MAX &&
            2 * lanes * arena_whole(plan->particles) <= LANES_RODS)

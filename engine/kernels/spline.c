@@ -171,12 +171,17 @@ void spline_add_slope(const struct spline *spline, const struct spline_points *p
     for (int64_t start = 0; start < points->count; start += TILE) {
         int64_t left = points->count - start;
         int count = left < TILE ? (int)left : TILE;
-        double base = (double)start;
+        double base = (double)start, x[TILE];
         const double *from = points->y + start;
+        const double *offset = points->offset ? points->offset + start : NULL;
         double *to = out + start;
+        for (int j = 0; j < count && offset; j++)
+            x[j] = from[j] + offset[j];
+        for (int j = 0; j < count && !offset; j++)
+            x[j] = from[j] + (base + (double)j) * diameter;
         TURNS_APART
         for (int j = 0; j < count; j++) {
-            struct place at = place_scaled(&unit, from[j] + (base + (double)j) * diameter);
+            struct place at = place_scaled(&unit, x[j]);
             const double *p = c + 4 * at.piece;
             to[j] += factor * (p[1] + at.t * (2 * p[2] + at.t * (3 * p[3])));
         }

@@ -160,5 +160,4 @@ const struct potential_type potential_cosine = {
     .energies = cosine_energies,
     .steady = cosine_steady,
     .velocity = cosine_velocity,
-    .lanes = true,
 };

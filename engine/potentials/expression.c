@@ -249,9 +249,8 @@ static bool expression_rough(const void *par)
 static void places_of(const struct expression_par *p, const struct rods *rods, int64_t start, int n,
                       double *x)
 {
-    const double inverse = 1 / p->period, base = (double)start;
-    for (int j = 0; j < n; j++)
-        x[j] = rods->y[start + j] + (base + (double)j) * rods->diameter;
+    const double inverse = 1 / p->period;
+    rods_places(rods, start, n, x);
     if (p->period > 0)
         for (int j = 0; j < n; j++)
             x[j] = (x[j] * inverse - floor(x[j] * inverse)) * p->period;

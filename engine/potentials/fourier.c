@@ -78,9 +78,9 @@ static inline void polynomial_at(const struct polynomial *p, const double *u, in
 static inline void turns_of(const struct rods *rods, int64_t start, int n, double inverse,
                             double *u)
 {
-    double base = (double)start;
+    rods_places(rods, start, n, u);
     for (int j = 0; j < n; j++)
-        u[j] = (rods->y[start + j] + (base + (double)j) * rods->diameter) * inverse;
+        u[j] *= inverse;
 }
 
 /* max |U''| of a trigonometric polynomial of degree n: at most 1/cos(pi n/M) times its largest

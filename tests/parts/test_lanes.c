@@ -106,13 +106,21 @@ static const char *const scenes[] = {
     "'interaction': {'type': 'sticky', 'strength': 0.2, 'range': 0.1}, " STATIC,
     "'diameter': 0.95, 'potential': {'type': 'cosine', 'amplitude': 6}, "
     "'observables': {'contact_force': {}}",
+    "'diameter': 0.8, 'potential': {'type': 'fourier', 'cosine': [2, 0.3], 'sine': [0, "
+    "0.5]}, " STATIC,
+    "'diameter': 0.7, 'potential': {'type': 'table', 'period': 0.5, 'values': [1, 0.2, -1, "
+    "-0.1]}, " STATIC,
+    "'diameter': 0.6, 'potential': {'type': 'expression', 'energy': '2*cos(2*pi*x)+exp(sin(4*pi*"
+    "x))', 'period': 1}, " STATIC,
+    "'diameter': 0.6, 'boundary': 'walls', 'potential': {'type': 'expression', 'energy': "
+    "'(x-2)^2/2'}, " STATIC,
 };
 
 /* Which of the scenes a method runs: bcd alone knows contact forces, lm no drag. */
 static const struct {
     const char *name;
     unsigned scenes;
-} methods[] = {{"bcd", 0x7f}, {"elastic", 0x3f}, {"strang", 0x3f}, {"lm", 0x2f}};
+} methods[] = {{"bcd", 0x7ff}, {"elastic", 0x7bf}, {"strang", 0x7bf}, {"lm", 0x7af}};
 
 static void test_each_lane_alone(void **state)
 {
