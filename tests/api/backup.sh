@@ -24,7 +24,7 @@ failed_with() {
     [ "$EXIT" -ne 0 ] && [ ! -s "$T/said" ] && grep -q -- "$1" "$T/err"
 }
 
-daemon_start "$T/data" --workers 2
+daemon_start "$T/data" --workers 1 # which the second job has for itself: the third waits
 post_text "$(job 1 2)"
 done=$ID
 until_state "$done" done
