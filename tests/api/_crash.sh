@@ -55,8 +55,11 @@ whole() { # FILE
     [ "$(sqlite3 "$1" 'PRAGMA integrity_check; PRAGMA foreign_key_check' 2>&1)" = ok ]
 }
 
-ended() { # ID: waits until it is done
-    [ "$(curl -sS -m 70 "$URL/v1/jobs/$1?wait=60" | jq -r .state)" = done ]
+ended() { # ID: waits until it is done, on a loaded machine, too
+    for try in 1 2 3 4 5; do
+        [ "$(curl -s -m 70 "$URL/v1/jobs/$1?wait=60" | jq -r .state)" = done ] && return
+    done
+    return 1
 }
 
 sweep_ended() { # ID
