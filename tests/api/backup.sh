@@ -29,7 +29,7 @@ post_text "$(job 1 2)"
 done=$ID
 until_state "$done" done
 results "$done" "$T/done.json"
-post_text "$(job 2 300)"
+post_text "$(job 2 800)"
 running=$ID
 until_state "$running" running
 post_text "$(job 3 2)"
@@ -86,8 +86,8 @@ backup "$T/x"
 check "what a killed one left is replaced" test "$EXIT" = 0 -a ! -e "$T/x.partial"
 
 # ---- what the original makes of the unfinished jobs
-check "the original finishes" until_state "$running" done 60
-check "all of them" until_state "$queued" done 60
+check "the original finishes" until_state "$running" done 240
+check "all of them" until_state "$queued" done 240
 results "$running" "$T/running.json"
 results "$queued" "$T/queued.json"
 daemon_end TERM
@@ -99,8 +99,8 @@ for copy in copy sent; do
     daemon_start "$T/$copy" --workers 1
     check "$copy: finished results are equal byte for byte" results "$done" "$T/out"
     check "$copy: these" cmp "$T/out" "$T/done.json"
-    check "$copy: unfinished jobs go on" until_state "$running" done 60
-    check "$copy: all of them" until_state "$queued" done 60
+    check "$copy: unfinished jobs go on" until_state "$running" done 240
+    check "$copy: all of them" until_state "$queued" done 240
     results "$running" "$T/out"
     check "$copy: to the same bits" cmp "$T/out" "$T/running.json"
     results "$queued" "$T/out"

@@ -114,7 +114,7 @@ until [ -d "$T/cut" ] || [ $tries -ge 500 ]; do
     sleep 0.01
     tries=$((tries + 1))
 done
-sleep 0.2
+sleep 1
 kill -TERM $report
 wait $report
 EXIT=$?

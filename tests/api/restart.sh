@@ -33,7 +33,7 @@ keep_results() { # DIR ID: every form of every result but the id
 # ---- left alone, one worker
 daemon_start "$T/calm" --workers 1
 post "$T/work.json"
-check "left alone, it is done" until_state "$ID" done 60
+check "left alone, it is done" until_state "$ID" done 240
 check "its results are kept" keep_results "$T/calm.results" "$ID"
 daemon_end TERM
 check "SIGTERM ends an idle daemon cleanly" test "$EXIT" = 0
@@ -69,7 +69,7 @@ daemon_end KILL
 check "the database is whole after kill -9" \
     test "$(sqlite3 "file:$T/data/bcd.sqlite" 'PRAGMA integrity_check')" = ok
 daemon_start "$T/data" --workers 2
-check "after kill -9 it is done in the end" until_state "$job" done 60
+check "after kill -9 it is done in the end" until_state "$job" done 240
 check "its results are there" keep_results "$T/data.results" "$job"
 check "byte for byte those of the job left alone" diff -r "$T/calm.results" "$T/data.results"
 post "$T/work.json"
