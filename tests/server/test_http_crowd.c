@@ -18,7 +18,7 @@
 
 #include <cmocka.h>
 
-enum { CLIENTS = LIMIT_CONNECTIONS_CROWDED + 700, BIG = 40 << 20, WAIT_MS = 5000 };
+enum { CLIENTS = LIMIT_CONNECTIONS_CROWDED + 700, BIG = 40 << 20, WAIT_MS = 20000 };
 
 struct fixture {
     struct http *http;
@@ -103,9 +103,11 @@ static void thin(struct fixture *f, const char *words)
     dial(f, 0, CLIENTS, words);
     is_served(f);
     int64_t until_ms = client_now_ms() + WAIT_MS;
-    do
+    http_count(f->http, &counts);
+    while (counts.connections >= LIMIT_CONNECTIONS_CROWDED && client_now_ms() < until_ms) {
+        client_sleep_ms(20); /* counting holds the mutex that those who end them want */
         http_count(f->http, &counts);
-    while (counts.connections >= LIMIT_CONNECTIONS_CROWDED && client_now_ms() < until_ms);
+    }
     assert_true(counts.connections < LIMIT_CONNECTIONS_CROWDED);
     assert_true(ended(f, 0, CLIENTS) > CLIENTS - LIMIT_CONNECTIONS_CROWDED);
     is_served(f);
@@ -154,7 +156,7 @@ static void answers_are_bounded(void **state)
     assert_non_null(strstr(text, "LIMIT_ANSWERS_BYTES_MAX"));
     is_served(f);
     struct http_counts counts = {.connections = HELD};
-    int64_t until_ms = client_now_ms() + 2 * WAIT_MS;
+    int64_t until_ms = client_now_ms() + WAIT_MS;
     while (counts.connections > 0 && client_now_ms() < until_ms) {
         client_sleep_ms(20);
         http_count(f->http, &counts);
