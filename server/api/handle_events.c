@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RETRY_MS = 2000, MOVES_AT_ONCE = 64 };
+enum { RETRY_MS = 2000, MOVES_AT_ONCE = 64, BATCHES_A_COUNT = 8 };
 static const double progress_step = 0.001; /* less is not worth an event */
 
 /* Who listens, until their token ends. */
@@ -39,11 +39,12 @@ struct job_listener {
 
 /* Somebody who listens to all, or to those of an owner or a sweep. */
 struct listener {
-    struct guest guest;     /* first */
-    char owner[OWNER_SIZE]; /* "" = of all */
-    int64_t sweep;          /* seq; 0 = of any and none */
-    uint64_t since;
-    bool begun, behind; /* behind: there was more than went into a batch */
+    struct guest guest;      /* first */
+    char owner[OWNER_SIZE];  /* "" = of all */
+    int64_t sweep;           /* seq; 0 = of any and none */
+    uint64_t since, counted; /* the change told last; the one that the latest counts were told at */
+    int batches;             /* since those counts */
+    bool begun, behind;      /* behind: there was more than went into a batch */
     struct feed_progress told[LIMIT_FEED_RUNNING];
     size_t told_count;
 };
@@ -53,15 +54,15 @@ static bool enter(const struct service *service, const struct call *call, struct
 static void leave(void *state);
 static bool may_stay(const struct guest *guest, struct text *text);
 static bool job_fresh(void *state);
-static bool job_next(void *state, struct text *text);
+static enum events_next job_next(void *state, struct text *text);
 static void add_job(struct text *text, const char *event, const struct job_move *job,
                     double progress);
 static bool all_fresh(void *state);
-static bool all_next(void *state, struct text *text);
+static enum events_next all_next(void *state, struct text *text);
 static bool concerns(const struct listener *listener, const struct job_move *job);
 static void add_moves(struct listener *listener, struct text *text);
 static void add_progress(struct listener *listener, struct text *text);
-static void add_counts(const struct listener *listener, struct text *text);
+static void add_counts(struct listener *listener, struct text *text);
 static uint64_t resume_after(const struct service *service, const char *last_id);
 
 void handle_events_job(const struct service *service, const struct call *call, struct reply *reply)
@@ -132,20 +133,20 @@ static bool job_fresh(void *state)
 }
 
 /* Events of a change, of progress, and `done` when there will be no more. */
-static bool job_next(void *state, struct text *text)
+static enum events_next job_next(void *state, struct text *text)
 {
     struct job_listener *listener = state;
     const struct service *service = listener->guest.service;
     struct job_record record = {0};
     if (!may_stay(&listener->guest, text))
-        return false;
+        return EVENTS_END;
     if (!listener->begun)
         text_add(text, "retry: %d\n\n", RETRY_MS);
     else if (!job_fresh(listener))
-        return true;
+        return EVENTS_LATER;
     listener->since = feed_now(service->feed); /* before the store is asked */
     if (store_jobs_get(service->store, listener->id, &record) != STORE_OK)
-        return true; /* the log says why; it is tried again */
+        return EVENTS_LATER; /* the log says why; it is tried again */
     double progress = job_request_progress(service, &record);
     struct job_move job = {.state = record.state};
     memcpy(job.id, record.id, sizeof(job.id));
@@ -159,7 +160,7 @@ static bool job_next(void *state, struct text *text)
     listener->state = record.state;
     listener->told = progress;
     job_record_fini(&record);
-    return !ended;
+    return ended ? EVENTS_END : EVENTS_LATER;
 }
 
 static void add_job(struct text *text, const char *event, const struct job_move *job,
@@ -195,6 +196,7 @@ void handle_events_all(const struct service *service, const struct call *call, s
         return;
     }
     listener->sweep = sweep_seq;
+    listener->counted = FEED_UNKNOWN;
     listener->since = resume_after(service, call->request->last_event_id);
     if (owner)
         snprintf(listener->owner, sizeof(listener->owner), "%s", owner);
@@ -232,21 +234,22 @@ static bool all_fresh(void *state)
     return false;
 }
 
-static bool all_next(void *state, struct text *text)
+/* While more happens than the client takes, the counts still come, every few batches. */
+static enum events_next all_next(void *state, struct text *text)
 {
     struct listener *listener = state;
     if (!may_stay(&listener->guest, text))
-        return false;
-    bool changed = !listener->begun || feed_now(listener->guest.service->feed) != listener->since;
+        return EVENTS_END;
     if (!listener->begun)
         text_add(text, "retry: %d\n\n", RETRY_MS);
     listener->begun = true;
     add_moves(listener, text);
     if (!listener->behind)
         add_progress(listener, text);
-    if (changed && !listener->behind && !listener->owner[0])
+    bool due = !listener->behind || ++listener->batches >= BATCHES_A_COUNT;
+    if (due && listener->counted != listener->since && !listener->owner[0])
         add_counts(listener, text);
-    return true;
+    return listener->behind ? EVENTS_MORE : EVENTS_LATER;
 }
 
 static bool concerns(const struct listener *listener, const struct job_move *job)
@@ -255,7 +258,8 @@ static bool concerns(const struct listener *listener, const struct job_move *job
            (listener->sweep == 0 || job_move_in_sweep(job, listener->sweep));
 }
 
-/* Of several changes of a job in one batch only the last is told. */
+/* Of several changes of a job in one batch only the last is told. Each has its own number, so that
+ * who is cut off within a batch goes on there. */
 static void add_moves(struct listener *listener, struct text *text)
 {
     struct feed *feed = listener->guest.service->feed;
@@ -275,7 +279,8 @@ static void add_moves(struct listener *listener, struct text *text)
         double progress = moves[i].state == JOB_DONE
                               ? 1
                               : queue_progress(listener->guest.service->queue, moves[i].id);
-        text_add(text, "id: %" PRIx64 "-%" PRIu64 "\n", feed_start(feed), listener->since);
+        text_add(text, "id: %" PRIx64 "-%" PRIu64 "\n", feed_start(feed),
+                 listener->since - (count - 1 - i));
         add_job(text, "job", &moves[i], progress < 0 ? 0 : progress);
     }
 }
@@ -298,7 +303,7 @@ static void add_progress(struct listener *listener, struct text *text)
     listener->told_count = count;
 }
 
-static void add_counts(const struct listener *listener, struct text *text)
+static void add_counts(struct listener *listener, struct text *text)
 {
     int64_t counts[JOB_STATES];
     const struct service *service = listener->guest.service;
@@ -307,6 +312,8 @@ static void add_counts(const struct listener *listener, struct text *text)
                                    : store_jobs_counts(service->store, counts);
     if (status != STORE_OK)
         return;
+    listener->counted = listener->since;
+    listener->batches = 0;
     text_add(text, "id: %" PRIx64 "-%" PRIu64 "\nevent: counts\ndata: {", feed_start(service->feed),
              listener->since);
     for (int state = 0; state < JOB_STATES; state++)

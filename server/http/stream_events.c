@@ -10,7 +10,7 @@ struct live {
     struct events events;
     struct text text; /* written and not handed out: from `used` on */
     size_t used;
-    bool ended;
+    enum events_next then;
     int64_t next_ms, ping_ms;
 };
 
@@ -28,6 +28,7 @@ struct stream stream_events_take(const struct events *events)
         return (struct stream){0};
     }
     live->events = *events;
+    live->then = EVENTS_MORE; /* the first */
     live->ping_ms = now_ms() + LIMIT_PING_MS;
     return (struct stream){.read = read_live, .ready = is_ready, .free = free_live, .state = live};
 }
@@ -35,12 +36,12 @@ struct stream stream_events_take(const struct events *events)
 static ssize_t read_live(void *state, char *to, size_t size)
 {
     struct live *live = state;
-    if (live->used == live->text.size && !live->ended && !write_more(live))
+    if (live->used == live->text.size && live->then != EVENTS_END && !write_more(live))
         return STREAM_FAILED;
     size_t left = live->text.size - live->used;
     size_t given = left < size ? left : size;
     if (given == 0)
-        return live->ended ? STREAM_END : STREAM_LATER;
+        return live->then == EVENTS_END ? STREAM_END : STREAM_LATER;
     memcpy(to, live->text.bytes + live->used, given);
     live->used += given;
     return (ssize_t)given;
@@ -51,11 +52,13 @@ static bool write_more(struct live *live)
 {
     int64_t now = now_ms();
     live->text.size = live->used = 0;
-    if (now >= live->next_ms) {
-        live->ended = !live->events.next(live->events.state, &live->text);
+    if (live->then == EVENTS_MORE || now >= live->next_ms) {
+        do
+            live->then = live->events.next(live->events.state, &live->text);
+        while (live->then == EVENTS_MORE && live->text.size == 0 && !live->text.failed);
         live->next_ms = now + LIMIT_EVENTS_GAP_MS;
     }
-    if (live->text.size == 0 && !live->ended && now >= live->ping_ms)
+    if (live->text.size == 0 && live->then == EVENTS_LATER && now >= live->ping_ms)
         text_add(&live->text, ": ping\n\n");
     if (live->text.size > 0)
         live->ping_ms = now + LIMIT_PING_MS;

@@ -9,12 +9,16 @@
 #include "http.h"
 #include "text.h"
 
-/* next appends the events since the last call, if any; false when these are the last. It is called
- * at once, and then at most every LIMIT_EVENTS_GAP_MS when `fresh`, which must be quick: see
- * `ready` of struct stream. free ends `state` once. */
+/* What follows a batch: nothing any more; others at their time; others that wait already, to be
+ * asked for as soon as the client has taken this one. */
+enum events_next { EVENTS_END, EVENTS_LATER, EVENTS_MORE };
+
+/* next appends a batch of the events since the last call, if there are any. It is called at once,
+ * after EVENTS_MORE, and else at most every LIMIT_EVENTS_GAP_MS when `fresh`, which must be quick:
+ * see `ready` of struct stream. free ends `state` once. */
 struct events {
     bool (*fresh)(void *state);
-    bool (*next)(void *state, struct text *text);
+    enum events_next (*next)(void *state, struct text *text);
     void (*free)(void *state);
     void *state;
 };

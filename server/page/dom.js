@@ -64,11 +64,29 @@ export function shellLine(line) {
   return h('div', { class: 'shell' }, text, copy);
 }
 
-// Calls `what` once things have been quiet for `ms`.
+// Calls `what` once things have been quiet for `ms`: for what is typed.
 export function later(ms, what) {
   let timer;
   return (...args) => {
     clearTimeout(timer);
     timer = setTimeout(() => what(...args), ms);
+  };
+}
+
+// Calls `what` within pause() ms, one call at a time, and again if it was wanted meanwhile: for what
+// happens all the time and is never quiet.
+export function paced(pause, what) {
+  let wanted = false, going = false;
+  return async () => {
+    wanted = true;
+    if (going)
+      return;
+    going = true;
+    while (wanted) {
+      await new Promise((resolve) => setTimeout(resolve, pause()));
+      wanted = false;
+      await what();
+    }
+    going = false;
   };
 }

@@ -2,7 +2,7 @@
 // jobs.js - the queue: counts by state, a page of jobs as they go on, filters in the API's own words.
 // Only the page shown is held: 10^5 jobs are as fast as ten.
 import { curl, get } from './api.js';
-import { h, later, replace, shellLine } from './dom.js';
+import { h, paced, replace, shellLine } from './dom.js';
 import { counts, live } from './live.js';
 import { go, link, note, parse, place, print, put, show as words, value } from './place.js';
 import { deed, jobActions, progressBar, stateWord } from './parts.js';
@@ -125,7 +125,7 @@ export async function show(main, { query: all }, signal) {
           ? error.errors.map((e) => `${e.parameter}: ${e.detail}`).join('; ') : error.message;
     }
   }
-  const reload = later(400, load);
+  const reload = paced(() => 400, () => signal.aborted || load());
 
   // Made once: what is made anew several times a second cannot be clicked.
   const numbers = Object.fromEntries(STATES.map((state) => [state, h('b', null, '–')]));
@@ -165,7 +165,7 @@ export async function show(main, { query: all }, signal) {
       wait.textContent = mine.waiting > 0 ? `Yours that have not ended need ${duration(mine.waiting)} of one core.` : '';
     } catch { /* the list tells what is wrong */ }
   }
-  live.addEventListener('counts', later(2000, waiting), { signal });
+  live.addEventListener('counts', paced(() => 2000, () => signal.aborted || waiting()), { signal });
   count();
   if (chosen.size)
     choose();

@@ -2,7 +2,7 @@
 // sweep.js - one sweep: how far it is, families of curves, a number over two axes, the table.
 import { ask, curl, events, get, rows as stream, save } from './api.js';
 import { parseAxis } from './axes.js';
-import { action, h, replace, shellLine } from './dom.js';
+import { action, h, paced, replace, shellLine } from './dom.js';
 import { family, picture } from './family.js';
 import { show as written } from './heat.js';
 import { link, note, place, put, value } from './place.js';
@@ -155,14 +155,8 @@ export async function show(main, { id, query }, signal) {
   }
 
   // Not much of the time goes into reading what changes all the time.
-  let timer = null, took = 0;
-  function reload() {
-    timer ??= setTimeout(async () => {
-      if (!signal.aborted)
-        await load();
-      timer = null;
-    }, 1500 + 5 * took);
-  }
+  let took = 0;
+  const reload = paced(() => 1500 + 5 * took, () => signal.aborted || load());
   let following = false;
   async function follow() {
     if (following)

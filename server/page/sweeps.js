@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // sweeps.js - all sweeps, newest first, as they go on.
 import { curl, get } from './api.js';
-import { h, later, replace, shellLine } from './dom.js';
+import { h, paced, replace, shellLine } from './dom.js';
 import { live } from './live.js';
 import { link, print, put, value } from './place.js';
 import { moment, nameOf, states } from './words.js';
@@ -38,7 +38,7 @@ export async function show(main, { query }, signal) {
         told.textContent = error.message;
     }
   }
-  const reload = later(700, () => signal.aborted || load());
+  const reload = paced(() => 700, () => signal.aborted || load());
   live.addEventListener('counts', reload, { signal });
   await load();
 }

@@ -164,6 +164,29 @@ await test('filters are the query string of the API, wrong ones are told', async
   await tab.locator('.fault').getByText('state: ').waitFor();
 });
 
+await test('what changes all the time is read again and again, the last change too', async () => {
+  const calls = await tab.evaluate(async () => {
+    const { paced } = await import('/page/dom.js');
+    const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+    let now = 0;
+    const read = [], reload = paced(() => 50, async () => {
+      const then = now;
+      await sleep(20);
+      read.push(then);
+    });
+    for (; read.length < 3 && now < 2000; now++) { // never quiet for as long as its pause
+      reload();
+      await sleep(5);
+    }
+    const meanwhile = read.length;
+    reload();
+    for (let i = 0; read.at(-1) !== now && i < 2000; i++)
+      await sleep(5);
+    return { meanwhile, last: read.at(-1) === now };
+  });
+  expect(calls.meanwhile === 3 && calls.last, calls);
+});
+
 // --------------------------------------------------------------------------- submitting
 const field = (pointer) => tab.locator(`[data-pointer="${pointer}"] input, [data-pointer="${pointer}"] select`).first();
 
