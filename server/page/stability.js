@@ -21,8 +21,9 @@ export function stabilityTable(place) {
 
   function cell(e) {
     const text = words(e), off = Number.isFinite(e.off) && e.verdict !== 'right' && e.verdict !== 'ran';
-    return h('td', null, h('button', { type: 'button', class: `quiet ${e.failed ? 'fault' : ''}`, title: text, 'aria-label': text,
-      onclick: () => { says.textContent = text; } }, sign(e.verdict), off ? ` ${num(e.off, 1)}` : ''));
+    const seen = sign(e.verdict) + (off ? ` ${num(e.off, 1)}` : '');
+    return h('td', null, h('button', { type: 'button', class: `quiet ${e.failed ? 'fault' : ''}`, title: text,
+      'aria-label': `${text} (${seen})`, onclick: () => { says.textContent = text; } }, seen));
   }
 
   return function show(entries) {
