@@ -108,13 +108,17 @@ void handle_sweep_results_svg(const struct service *service, const struct call *
     struct bcd_errors errors = {0};
     struct picture picture = {NULL, NULL};
     const char *x = call_query(call, "x"), *y = call_query(call, "y");
+    const char *scale = call_query(call, "scale");
     struct export *export = open_export(service, call, FORMAT_SVG, reply);
     if (!export)
         return;
     if (y && call_query(call, "curves"))
         bcd_errors_add(&errors, "curves", "are there without y: with it there is a map");
     else if (y)
-        picture.map = sweep_map_create(export->sweep, x, y, &errors);
+        picture.map =
+            sweep_map_create(export->sweep, x, y, scale && strcmp(scale, "log") == 0, &errors);
+    else if (scale)
+        bcd_errors_add(&errors, "scale", "is of the colours of a map: that is there with y");
     else
         picture.plot = sweep_plot_create(export->sweep, x, call_query(call, "curves"), &errors);
     bool drawable = picture.map || picture.plot;

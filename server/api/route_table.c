@@ -94,6 +94,7 @@ static const struct query_row picture_query[] = {
     {"x", QUERY_TEXT, .doc = "axis that single numbers go along; the first"},
     {"curves", QUERY_TEXT, .doc = "axis that has a curve for each value; the next"},
     {"y", QUERY_TEXT, .doc = "a second axis: a heat map of single numbers over both"},
+    {"scale", QUERY_WORD, .words = "linear log", .doc = "of the map's colours; linear"},
     {0},
 };
 

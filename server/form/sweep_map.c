@@ -23,6 +23,7 @@ struct sweep_map {
     const struct sweep *sweep;
     size_t x, y; /* axes */
     size_t columns, rows;
+    bool log;           /* the scale of colours */
     char label[96];     /* of the values */
     struct cell *cells; /* [rows * columns] */
 };
@@ -30,8 +31,10 @@ struct sweep_map {
 static size_t values_of(const struct sweep *sweep, size_t axis);
 static size_t choose(const struct sweep *sweep, const char *name, const char *pointer, size_t not,
                      struct bcd_errors *errors);
-static bool range_of(const struct sweep_map *map, double range[2]);
 static double mean_of(const struct cell *cell);
+static bool has_colour(const struct sweep_map *map, double mean);
+static bool range_of(const struct sweep_map *map, double range[2]);
+static double share_of(const struct sweep_map *map, double value, const double range[2]);
 static void add_head(const struct sweep_map *map, struct text *svg, const char *observable);
 static void add_cells(const struct sweep_map *map, struct text *svg, const double range[2]);
 static void add_axes(const struct sweep_map *map, struct text *svg);
@@ -39,7 +42,7 @@ static void add_bar(const struct sweep_map *map, struct text *svg, const double 
 static void describe(const struct sweep_map *map, struct text *text);
 
 struct sweep_map *sweep_map_create(const struct sweep *sweep, const char *x, const char *y,
-                                   struct bcd_errors *errors)
+                                   bool log, struct bcd_errors *errors)
 {
     size_t down = choose(sweep, "y", y, NONE, errors);
     size_t along = choose(sweep, "x", x, down, errors);
@@ -59,8 +62,8 @@ struct sweep_map *sweep_map_create(const struct sweep *sweep, const char *x, con
     struct sweep_map *map = calloc(1, sizeof(*map));
     if (!map)
         return NULL;
-    *map =
-        (struct sweep_map){.sweep = sweep, .x = along, .y = down, .columns = columns, .rows = rows};
+    *map = (struct sweep_map){
+        .sweep = sweep, .x = along, .y = down, .columns = columns, .rows = rows, .log = log};
     map->cells = calloc(columns * rows + 1, sizeof(*map->cells));
     if (map->cells)
         return map;
@@ -179,13 +182,18 @@ static double mean_of(const struct cell *cell)
     return cell->jobs > 0 ? cell->sum / cell->jobs : NAN;
 }
 
-/* Lowest and highest mean; false when there is none. */
+static bool has_colour(const struct sweep_map *map, double mean)
+{
+    return map->log ? mean > 0 : !isnan(mean);
+}
+
+/* Lowest and highest mean that have a colour; false when there is none. */
 static bool range_of(const struct sweep_map *map, double range[2])
 {
     bool any = false;
     for (size_t i = 0; i < map->rows * map->columns; i++) {
         double mean = mean_of(&map->cells[i]);
-        if (isnan(mean))
+        if (!has_colour(map, mean))
             continue;
         range[0] = any ? fmin(range[0], mean) : mean;
         range[1] = any ? fmax(range[1], mean) : mean;
@@ -212,9 +220,12 @@ static void colour(char hex[8], double share)
              (unsigned)parts[2] & 255);
 }
 
-static double share_of(double value, const double range[2])
+static double share_of(const struct sweep_map *map, double value, const double range[2])
 {
-    return range[1] > range[0] ? (value - range[0]) / (range[1] - range[0]) : 0.5;
+    if (!(range[1] > range[0]))
+        return 0.5;
+    return map->log ? log(value / range[0]) / log(range[1] / range[0])
+                    : (value - range[0]) / (range[1] - range[0]);
 }
 
 /* ------------------------------------------------------------------ drawing */
@@ -248,7 +259,10 @@ static void add_head(const struct sweep_map *map, struct text *svg, const char *
     text_add(svg,
              "</title>\n<defs><pattern id=\"none\" width=\"6\" height=\"6\" "
              "patternUnits=\"userSpaceOnUse\"><rect width=\"6\" height=\"6\" fill=\"#ffffff\"/>"
-             "<path d=\"M-1 1L1 -1M0 6L6 0M5 7L7 5\" stroke=\"#888888\"/></pattern></defs>\n"
+             "<path d=\"M-1 1L1 -1M0 6L6 0M5 7L7 5\" stroke=\"#888888\"/></pattern>"
+             "<pattern id=\"low\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\">"
+             "<rect width=\"6\" height=\"6\" fill=\"#ffffff\"/><circle cx=\"3\" cy=\"3\" r=\"1.2\" "
+             "fill=\"#888888\"/></pattern></defs>\n"
              "<rect width=\"%d\" height=\"%d\" fill=\"#ffffff\"/>\n",
              width, height);
     plot_line_print(svg,
@@ -307,8 +321,10 @@ static void add_cells(const struct sweep_map *map, struct text *svg, const doubl
                                    TOP + FIELD - high * (double)(row + 1), wide, high};
             double mean = mean_of(&map->cells[row * map->columns + column]);
             char hex[8];
-            colour(hex, share_of(mean, range));
-            add_rect(svg, box, isnan(mean) ? "url(#none)" : hex);
+            bool known = has_colour(map, mean);
+            if (known)
+                colour(hex, share_of(map, mean, range));
+            add_rect(svg, box, known ? hex : isnan(mean) ? "url(#none)" : "url(#low)");
             if (told)
                 add_told(map, svg, row, column);
             else
@@ -367,13 +383,32 @@ static void add_axes(const struct sweep_map *map, struct text *svg)
     text_add(svg, "</g>\n");
 }
 
+/* Numbers beside the bar; within a decade or so, where a logarithmic axis has few, those of its
+ * ends. */
+static void choose_ticks(const struct plot_axis *axis, struct plot_ticks *ticks)
+{
+    size_t majors = 0;
+    *ticks = (struct plot_ticks){.count = 1, .tick = {{.at = axis->min, .major = true}}};
+    if (!(axis->max > axis->min))
+        return;
+    *ticks = (struct plot_ticks){0};
+    plot_axis_ticks(axis, 6, ticks);
+    for (size_t i = 0; i < ticks->count; i++)
+        majors += ticks->tick[i].major;
+    if (axis->log && majors < 2)
+        *ticks = (struct plot_ticks){
+            .count = 2,
+            .tick = {{.at = axis->min, .major = true}, {.at = axis->max, .major = true}}};
+}
+
 /* Which colour is which value, and what hatching is. */
 static void add_bar(const struct sweep_map *map, struct text *svg, const double range[2])
 {
     static const char style[] = "fill=\"" PLOT_INK "\"";
     const double left = LEFT + FIELD + BAR_GAP, step = (double)FIELD / SHADES;
-    struct plot_axis axis = {.min = range[0], .max = range[1], .from = TOP + FIELD, .to = TOP};
-    struct plot_ticks ticks = {0};
+    struct plot_axis axis = {
+        .log = map->log, .min = range[0], .max = range[1], .from = TOP + FIELD, .to = TOP};
+    struct plot_ticks ticks;
     text_add(svg, "<g class=\"scale\" shape-rendering=\"crispEdges\">\n");
     for (int i = 0; i < SHADES; i++) {
         char hex[8];
@@ -382,17 +417,13 @@ static void add_bar(const struct sweep_map *map, struct text *svg, const double 
         text_add(svg, "/>\n");
     }
     text_add(svg, "</g>\n");
-    if (range[1] > range[0])
-        plot_axis_ticks(&axis, 6, &ticks);
-    else
-        ticks = (struct plot_ticks){.count = 1, .tick = {{.at = range[0], .major = true}}};
+    choose_ticks(&axis, &ticks);
     for (size_t i = 0; i < ticks.count; i++) {
         struct text label = {0};
         if (!ticks.tick[i].major)
             continue;
-        add_rounded(&label,
-                    fabs(ticks.tick[i].at) < 1e-12 * (range[1] - range[0]) ? 0 : ticks.tick[i].at,
-                    6);
+        bool zero = !map->log && fabs(ticks.tick[i].at) < 1e-12 * (range[1] - range[0]);
+        add_rounded(&label, zero ? 0 : ticks.tick[i].at, map->log ? 4 : 6);
         char *string = text_take(&label);
         double y =
             range[1] > range[0] ? plot_axis_pixel(&axis, ticks.tick[i].at) : TOP + FIELD / 2.0;
@@ -413,7 +444,7 @@ static void add_bar(const struct sweep_map *map, struct text *svg, const double 
 static void describe(const struct sweep_map *map, struct text *text)
 {
     const struct sweep *sweep = map->sweep;
-    size_t missing = 0;
+    size_t missing = 0, low = 0;
     for (size_t a = 0; sweep_axis(sweep, a); a++) {
         size_t group = sweep_axis_group(sweep, a);
         bool shown =
@@ -428,8 +459,14 @@ static void describe(const struct sweep_map *map, struct text *text)
             sweep_add_value(text, sweep, a, 0);
         }
     }
-    for (size_t i = 0; i < map->rows * map->columns; i++)
+    for (size_t i = 0; i < map->rows * map->columns; i++) {
         missing += map->cells[i].jobs == 0;
+        low += map->cells[i].jobs > 0 && !has_colour(map, mean_of(&map->cells[i]));
+    }
+    if (map->log)
+        text_add(text, "%slogarithmic colours", text->size > 0 ? "; " : "");
+    if (low > 0)
+        text_add(text, "; dotted: not above 0 (%zu of %zu cells)", low, map->rows * map->columns);
     if (missing > 0)
         text_add(text, "%shatched: no result (%zu of %zu cells)", text->size > 0 ? "; " : "",
                  missing, map->rows * map->columns);

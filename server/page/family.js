@@ -3,7 +3,7 @@
 import { curl } from './api.js';
 import { h, shellLine } from './dom.js';
 import { heat, show as written } from './heat.js';
-import { link } from './place.js';
+import { link, note, place, put, value as asked } from './place.js';
 import { plot } from './plot.js';
 import { STYLES } from './plot_draw.js';
 import { axisName, columnsOf, grouped, isCurve, isSeed, mean, meanCurve, same, scalar } from './points.js';
@@ -90,8 +90,16 @@ export function picture(spec) {
     return { value, error, count, state: there[0].state,
              href: there.length === 1 ? link('job', there[0].job) : link('jobs', '', [['sweep', id], ...filters]) };
   };
-  const path = `/v1/sweeps/${id}/results/${observable}.csv`;
+  const base = `/v1/sweeps/${id}/results/${observable}`, log = asked(place().query, 'scale') === 'log';
+  const paths = [`${base}.csv`];
+  if (servers(spec))
+    paths.push(`${base}.svg?x=${x}&y=${y}${log ? '&scale=log' : ''}`);
   return heat({ title: `${which} over ${axisName(x)} and ${axisName(y)}`, name: which, cell, file: `${observable}-map-${id}`,
     x: { label: axisName(x), values: sweep.axes[x] }, y: { label: axisName(y), values: sweep.axes[y] },
-    curl: h('details', { class: 'source' }, h('summary', null, 'The same data by curl'), shellLine(curl(path))) });
+    curl: h('details', { class: 'source' }, h('summary', null, 'The same data by curl'), paths.map((path) => shellLine(curl(path)))),
+    log, kept: (now) => note(put(place().query, 'scale', now ? 'log' : null)) });
 }
+
+// The server draws the number itself, and other axes at their first value.
+const servers = ({ sweep, fixed, observable, which, x, y }) => which === observable &&
+  Object.entries(fixed).every(([name, v]) => name === x || name === y || same(v, sweep.axes[name][0]));

@@ -97,6 +97,8 @@ check "both are XML" /usr/bin/python3 -c \
     "import xml.dom.minidom as m; m.parse('$T/energy.svg'); m.parse('$T/msd.svg')"
 ask GET "/v1/sweeps/$SWEEP/results/energy.svg?y=/diameter"
 check "a map needs two axes" holds '.errors[0].parameter == "x"'
+ask GET "/v1/sweeps/$SWEEP/results/energy.svg?scale=log"
+check "and curves have no scale of colours" holds '.errors[0].parameter == "scale"'
 ask GET "/v1/sweeps/$SWEEP/results/msd.svg?curves=/nix"
 check "of axes that there are" status_is 400
 ask GET "/v1/sweeps/$SWEEP/results/current"

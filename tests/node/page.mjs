@@ -257,6 +257,13 @@ await test('a sweep is submitted; curves, the map, the way to a job, the table',
   await figure.locator('h3', { hasText: 'Mean squared displacement by diameter' }).waitFor();
   expect((await figure.locator('.paper .shape').count()) === 2, 'curves');
   expect((await tab.locator('.cell').count()) === 6, 'cells');
+  const fills = () => tab.locator('rect.cell').evaluateAll((all) => all.map((cell) => cell.getAttribute('fill')));
+  const linear = await fills(), turn = tab.getByRole('button', { name: 'log colours' });
+  await turn.click();
+  const logarithmic = await fills(), ends = [linear.indexOf('rgb(68,1,84)'), linear.findIndex((f) => f.startsWith('rgb(253'))];
+  expect(tab.url().endsWith('scale=log') && (await turn.getAttribute('aria-pressed')) === 'true', tab.url());
+  expect(ends.every((i) => i >= 0 && linear[i] === logarithmic[i]) && linear.some((f, i) => f !== logarithmic[i]), linear, logarithmic);
+  await tab.locator('.note', { hasText: 'Colours go by the logarithm.' }).waitFor();
   await tab.locator('label', { hasText: 'observable' }).locator('select').selectOption('energy');
   await tab.locator('h3', { hasText: 'energy over diameter and potential.amplitude' }).waitFor();
   const rows = (await ask('GET', `/v1/sweeps/${sweepId}/results/energy`)).json.rows;
@@ -264,6 +271,10 @@ await test('a sweep is submitted; curves, the map, the way to a job, the table',
   const cell = tab.locator('a[aria-label^="diameter 0.5, potential.amplitude 6:"]');
   const value = Number((await cell.getAttribute('aria-label')).split(': ')[1].replace('−', '-'));
   expect(mine.length === 2 && Math.abs(value - (mine[0].energy + mine[1].energy) / 2) < 1e-3, value, mine);
+  await tab.locator('.note', { hasText: 'cells are not above 0 and dotted' }).waitFor(); // the link has kept it
+  expect((await tab.locator('rect.low').count()) > 0 && (await tab.locator('rect.low[fill]').count()) === 0);
+  const svg = (await tab.locator('code', { hasText: '.svg?x=/diameter&y=/potential/amplitude&scale=log' }).textContent()).match(/\/v1[^' ]*/)[0];
+  expect((await ask('GET', svg)).text.includes('logarithmic colours'), svg);
   expect((await tab.locator('tbody tr').count()) === 12, 'rows of the table');
   await cell.click();
   await tab.waitForURL(/#jobs\?sweep=/);

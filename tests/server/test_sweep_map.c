@@ -66,7 +66,8 @@ static void cells(void **state)
     (void)state;
     struct bcd_errors errors = {0};
     struct sweep *sweep = parse(SWEEP(AXES));
-    struct sweep_map *map = sweep_map_create(sweep, "/diameter", "/potential~1amplitude", &errors);
+    struct sweep_map *map =
+        sweep_map_create(sweep, "/diameter", "/potential~1amplitude", false, &errors);
     assert_non_null(map);
     assert_true(add(map, "[0,0,0,0]", -4, true));
     assert_true(add(map, "[0,0,1,0]", -2, true)); /* another seed: the mean is -3 */
@@ -93,13 +94,46 @@ static void cells(void **state)
     sweep_free(sweep);
 }
 
+/* Equal ratios are equal steps of colour; what has no logarithm has no colour. */
+static void logarithmic(void **state)
+{
+    (void)state;
+    struct bcd_errors errors = {0};
+    struct sweep *sweep = parse(SWEEP(AXES));
+    struct sweep_map *map =
+        sweep_map_create(sweep, "/diameter", "/potential/amplitude", true, &errors);
+    assert_non_null(map);
+    assert_true(add(map, "[0,0,0,0]", 0, true));
+    assert_true(add(map, "[1,0,0,0]", -2, true));
+    char *svg = print(map);
+    assert_int_equal(count(svg, "url(#low)"), 2); /* nothing has a colour */
+    assert_null(strstr(svg, "class=\"scale\""));
+    free(svg);
+    assert_true(add(map, "[2,0,0,0]", 0.01, true));
+    assert_true(add(map, "[0,1,0,0]", 1, true));
+    assert_true(add(map, "[1,1,0,0]", 100, true));
+    svg = print(map);
+    has(svg, "<rect x=\"416\" y=\"296\" width=\"160\" height=\"240\" fill=\"#440154\">");
+    has(svg, "<rect x=\"96\" y=\"56\" width=\"160\" height=\"240\" fill=\"#21918c\">");
+    has(svg, "<rect x=\"256\" y=\"56\" width=\"160\" height=\"240\" fill=\"#fde725\">");
+    has(svg, "fill=\"url(#low)\"><title>diameter = 0.2, potential/amplitude = 1: -2 ");
+    has(svg, "logarithmic colours; dotted: not above 0 (2 of 6 cells); "
+             "hatched: no result (1 of 6 cells)");
+    has(svg, ">0.01</text>");
+    has(svg, ">1</text>");
+    has(svg, ">100</text>");
+    free(svg);
+    sweep_map_free(map);
+    sweep_free(sweep);
+}
+
 /* Nothing, and one value, have a picture, too. */
 static void next_to_nothing(void **state)
 {
     (void)state;
     struct bcd_errors errors = {0};
     struct sweep *sweep = parse(SWEEP(AXES));
-    struct sweep_map *map = sweep_map_create(sweep, NULL, "/diameter", &errors);
+    struct sweep_map *map = sweep_map_create(sweep, NULL, "/diameter", false, &errors);
     assert_non_null(map);
     char *svg = print(map);
     assert_int_equal(count(svg, "url(#none)"), 6);
@@ -119,7 +153,7 @@ static void refused(const char *axes, const char *x, const char *y, const char *
 {
     struct bcd_errors errors = {0};
     struct sweep *sweep = parse(axes);
-    assert_null(sweep_map_create(sweep, x, y, &errors));
+    assert_null(sweep_map_create(sweep, x, y, false, &errors));
     assert_int_equal(errors.count, 1);
     char told[400];
     snprintf(told, sizeof(told), "%s: %s", errors.items[0].field, errors.items[0].text);
@@ -147,6 +181,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cells),
+        cmocka_unit_test(logarithmic),
         cmocka_unit_test(next_to_nothing),
         cmocka_unit_test(refusals),
     };
