@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WORKERS_NICE = 5, LENT_USUAL = 64 };
+enum { WORKERS_NICE = 5 };
 
 static const char *option_value(const char *name, char *const **argument);
 static bool limit_option(char *const **argument, struct config *config, char *reason, size_t size);
@@ -34,7 +34,7 @@ const char *config_usage(void)
            "  --listen HOST:PORT  address to listen on (127.0.0.1:8080); port 0 picks one. An\n"
            "                      address that others can reach needs an admin's token first\n"
            "  --workers N         threads that simulate (as many as there are cores); with other\n"
-           "                      backends how many chunks are lent at a time (64)\n"
+           "                      backends how many chunks are lent at a time, at most (1024)\n"
            "  --backend WHERE     where jobs are run: local, here; workers: by bcd worker,\n"
            "                      anywhere; slurm: the same, started by Slurm\n"
            "  --slurm FILE        how Slurm is to start them; slurm.conf.example tells\n"
@@ -108,7 +108,7 @@ enum config_action config_parse(int argc, char *const *argv, struct config *conf
     }
     config->workers = workers > 0                        ? workers
                       : config->backend == BACKEND_LOCAL ? cores()
-                                                         : LENT_USUAL;
+                                                         : LIMIT_WORKERS_MAX;
     config->nice = (int)nice;
     if ((config->backend == BACKEND_SLURM) != (config->slurm != NULL)) {
         snprintf(reason, size, "--backend slurm and --slurm FILE belong together");

@@ -192,7 +192,7 @@ static bool start_elsewhere(const struct config *config, struct elsewhere *elsew
     if (config->share && !(elsewhere->share = share_start(config->share, service->leases,
                                                           config->lease_ms, reason, size)))
         return false;
-    const struct slurm_way way = {.url = url, .share = config->share};
+    const struct slurm_way way = {.url = url, .share = config->share, .chunks = config->workers};
     if (config->backend == BACKEND_SLURM)
         elsewhere->slurm = slurm_start(config->slurm, service->leases, &way, reason, size);
     atomic_store(&service->slurm, elsewhere->slurm);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "job_request.h"
+#include "lease.h"
 #include "limits.h"
 #include "people_json.h"
 #include "record_json.h"
@@ -54,12 +55,26 @@ void job_request_estimate(const struct service *service, const struct bcd_scene 
     calibration_estimate(queue_calibration(service->queue), scene, estimate);
 }
 
+/* Here, or elsewhere: those that are known, or may come. */
+static double workers_there(const struct service *service)
+{
+    struct workers_counts here = {0};
+    struct lease_counts elsewhere;
+
+    if (service->workers)
+        workers_count(service->workers, &here);
+    if (!service->leases)
+        return (double)here.alive;
+    leases_count(service->leases, &elsewhere);
+    return fmin(fmax(1, fmax((double)elsewhere.held, (double)elsewhere.expected)),
+                (double)here.most);
+}
+
 char *job_request_print_estimate(const struct service *service, const struct bcd_scene *scene,
                                  const struct ticket *ticket)
 {
     struct bcd_estimate estimate;
     struct waiting_before before = {0};
-    struct workers_counts workers = {0};
     struct record_ahead ahead = {.now_ms = now_ms()};
     int64_t chunks = bcd_scene_chunks(scene);
     job_request_estimate(service, scene, &estimate);
@@ -69,10 +84,8 @@ char *job_request_print_estimate(const struct service *service, const struct bcd
                                       &ahead.measured_seconds);
     ahead.jobs_before = before.jobs;
     ahead.core_seconds_before = before.seconds;
-    if (service->workers)
-        workers_count(service->workers, &workers);
     /* All workers are at what goes before, and then as many at this as it has chunks. */
-    double all = (double)workers.alive, some = fmin(all, (double)chunks);
+    double all = workers_there(service), some = fmin(all, (double)chunks);
     ahead.finishes_in = all > 0 ? before.seconds / all + estimate.core_seconds / some : INFINITY;
     char *derived = scene_json_derived(scene);
     ahead.derived = derived;

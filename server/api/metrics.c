@@ -164,6 +164,8 @@ static void add_leases(struct text *text, const struct service *service)
               "Results that came once more, with other bits.");
     add_value(text, "bcd_leases_unwanted_total", "counter", (double)counts.unwanted,
               "Results of chunks that nobody waited for, and nobody remembers.");
+    add_value(text, "bcd_leases_missed_total", "counter", (double)counts.missed,
+              "Questions for a chunk when there was none.");
 }
 
 static void add_pilots(struct text *text, const struct service *service)

@@ -73,6 +73,8 @@ enum {
     LIMIT_LENT_CHECKPOINT_MS = 60000,      /* of a chunk that is run elsewhere, in the store */
     LIMIT_LENDING_TAKE = 4,                /* threads that lend: so many take chunks at a time, */
     LIMIT_LENDING_WORK = 4,                /* so many put results away and finish jobs */
+    LIMIT_LENDING_FIRST = 16,              /* so many there are at first, see worker.h */
+    LIMIT_LEASES_OFFERED = 16,             /* chunks that nobody has come for yet: see lease.h */
     LIMIT_LEASE_FAILURES = 2,              /* of a chunk elsewhere, and the job has failed */
     LIMIT_LEASES_REMEMBERED = 4096,        /* results, compared with those that come once more */
     LIMIT_SHARE_LOOK_MS = 500,             /* between two looks into a shared directory */

@@ -15,7 +15,8 @@
 
 enum {
     GRANTS = 8,
-    EXPIRE_SHARE = 20, /* leases are looked at so many times while one holds */
+    EXPIRE_SHARE = 20,     /* leases are looked at so many times while one holds */
+    LEASES_HELD_SHARE = 4, /* beside LIMIT_LEASES_OFFERED, a quarter of what is held is offered */
 };
 
 /* To whom a chunk was given. */
@@ -53,6 +54,9 @@ struct memory {
 struct leases {
     pthread_mutex_t mutex;
     struct lease *first, *last;
+    pthread_cond_t room; /* a chunk has been taken, or taken back */
+    bool woken;
+    size_t expected;
     int64_t lease_ms, expired_ms; /* expired_ms: when leases were looked at last */
     struct lease_counts counts;
     size_t known;
@@ -67,6 +71,34 @@ static int64_t now_ms(void)
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
+static void init_condition(pthread_cond_t *condition)
+{
+    pthread_condattr_t attributes;
+
+    pthread_condattr_init(&attributes);
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    pthread_cond_init(condition, &attributes);
+    pthread_condattr_destroy(&attributes);
+}
+
+/* Waits under the mutex until then; false = it is then. */
+static bool wait_until(struct leases *leases, pthread_cond_t *condition,
+                       const struct timespec *until)
+{
+    return pthread_cond_timedwait(condition, &leases->mutex, until) == 0;
+}
+
+static struct timespec in_ms(int64_t wait_ms)
+{
+    struct timespec until;
+
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += wait_ms % 1000 * 1000000;
+    until.tv_sec += wait_ms / 1000 + until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
+    return until;
+}
+
 struct leases *leases_create(int64_t lease_ms)
 {
     struct leases *leases = calloc(1, sizeof *leases);
@@ -75,6 +107,7 @@ struct leases *leases_create(int64_t lease_ms)
         return NULL;
     leases->lease_ms = lease_ms > 0 ? lease_ms : LIMIT_LEASE_MS;
     pthread_mutex_init(&leases->mutex, NULL);
+    init_condition(&leases->room);
     return leases;
 }
 
@@ -82,6 +115,7 @@ void leases_free(struct leases *leases)
 {
     if (!leases)
         return;
+    pthread_cond_destroy(&leases->room);
     pthread_mutex_destroy(&leases->mutex);
     free(leases);
 }
@@ -106,26 +140,64 @@ static void expire(struct leases *leases)
     }
 }
 
-void leases_count(struct leases *leases, struct lease_counts *counts)
+/* Under the mutex. */
+static void count(struct leases *leases, struct lease_counts *counts)
 {
-    pthread_mutex_lock(&leases->mutex);
     expire(leases);
     *counts = leases->counts;
+    counts->expected = leases->expected;
     for (const struct lease *lease = leases->first; lease; lease = lease->next) {
         bool held = lease->id[0] && !lease->waiting;
 
         counts->held += held;
         counts->offered += !held;
     }
+}
+
+void leases_count(struct leases *leases, struct lease_counts *counts)
+{
+    pthread_mutex_lock(&leases->mutex);
+    count(leases, counts);
+    pthread_mutex_unlock(&leases->mutex);
+}
+
+void leases_expect(struct leases *leases, size_t workers)
+{
+    pthread_mutex_lock(&leases->mutex);
+    leases->expected = workers;
+    pthread_cond_broadcast(&leases->room);
     pthread_mutex_unlock(&leases->mutex);
 }
 
 /* ------------------------------------------------------------------- lending */
 
+/* Under the mutex. */
+static bool is_room(struct leases *leases)
+{
+    struct lease_counts counts;
+    size_t usual;
+
+    count(leases, &counts);
+    usual = LIMIT_LEASES_OFFERED + counts.held / LEASES_HELD_SHARE;
+    return counts.offered < usual || counts.offered + counts.held < counts.expected;
+}
+
+bool leases_room(struct leases *leases, int64_t wait_ms)
+{
+    const struct timespec until = in_ms(wait_ms);
+    bool room;
+
+    pthread_mutex_lock(&leases->mutex);
+    while (!(room = is_room(leases)) && !leases->woken)
+        if (!wait_until(leases, &leases->room, &until))
+            break;
+    pthread_mutex_unlock(&leases->mutex);
+    return room;
+}
+
 struct lease *lease_offer(struct leases *leases, const struct task *task, struct lease_terms *terms)
 {
     struct lease *lease = calloc(1, sizeof *lease);
-    pthread_condattr_t attributes;
 
     if (!lease)
         return NULL;
@@ -133,10 +205,7 @@ struct lease *lease_offer(struct leases *leases, const struct task *task, struct
     lease->task = task;
     lease->terms = *terms;
     terms->checkpoint = terms->begun = (struct blob){0};
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(&lease->changed, &attributes);
-    pthread_condattr_destroy(&attributes);
+    init_condition(&lease->changed);
     pthread_mutex_lock(&leases->mutex);
     lease->previous = leases->last;
     if (leases->last)
@@ -162,17 +231,13 @@ static struct blob copy(const struct blob *blob)
 void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news)
 {
     struct leases *leases = lease->leases;
-    struct timespec until;
-    int code = 0;
+    const struct timespec until = in_ms(wait_ms);
 
     *news = (struct lease_news){0};
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += wait_ms % 1000 * 1000000;
-    until.tv_sec += wait_ms / 1000 + until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
     pthread_mutex_lock(&leases->mutex);
-    while (code == 0 && !lease->returned && !lease->failed && !lease->fresh && !lease->woken)
-        code = pthread_cond_timedwait(&lease->changed, &leases->mutex, &until);
+    while (!lease->returned && !lease->failed && !lease->fresh && !lease->woken)
+        if (!wait_until(leases, &lease->changed, &until))
+            break;
     news->core_seconds = lease->core_seconds - lease->told_seconds;
     lease->told_seconds = lease->core_seconds;
     news->returned = lease->returned;
@@ -193,6 +258,8 @@ void leases_wake(struct leases *leases)
         lease->woken = true;
         pthread_cond_signal(&lease->changed);
     }
+    leases->woken = true;
+    pthread_cond_broadcast(&leases->room);
     pthread_mutex_unlock(&leases->mutex);
 }
 
@@ -209,6 +276,7 @@ void lease_end(struct lease *lease)
         lease->next->previous = lease->previous;
     else
         leases->last = lease->previous;
+    pthread_cond_signal(&leases->room);
     pthread_mutex_unlock(&leases->mutex);
     pthread_cond_destroy(&lease->changed);
     blob_fini(&lease->terms.checkpoint);
@@ -262,6 +330,7 @@ static enum store_status lend(struct lease *lease, const struct lease_asker *ask
     lease->until_ms = lease->heard_ms + lease->leases->lease_ms;
     lease->core_seconds = lease->told_seconds = 0;
     lease->leases->counts.granted++;
+    pthread_cond_signal(&lease->leases->room);
     return STORE_OK;
 }
 
@@ -287,6 +356,7 @@ enum store_status leases_take(struct leases *leases, const struct lease_asker *a
         lease = lease->next;
     if (lease)
         status = lend(lease, asker, loan);
+    leases->counts.missed += !lease;
     pthread_mutex_unlock(&leases->mutex);
     return status;
 }

@@ -25,12 +25,18 @@ struct leases;
 struct leases *leases_create(int64_t lease_ms);
 void leases_free(struct leases *leases); /* all offers have been taken back */
 
+/* So many workers may come: as many chunks are offered at a time. Without it a few more than are
+ * taken at the moment, so that what is offered does not keep others waiting whose turn it is. */
+void leases_expect(struct leases *leases, size_t workers);
+
 /* What is going on, for /metrics and for who starts workers. */
 struct lease_counts {
     size_t offered, held;              /* chunks nobody runs, chunks in somebody's hands */
+    size_t expected;                   /* see leases_expect */
     int64_t granted, expired;          /* since the start */
     int64_t returned, again, differed; /* results taken; come once more; with other bits */
     int64_t unwanted;                  /* results of chunks that nobody waits for */
+    int64_t missed;                    /* who asked and was given nothing */
 };
 void leases_count(struct leases *leases, struct lease_counts *counts);
 
@@ -57,7 +63,9 @@ struct lease_news {
     struct bcd_error error;
 };
 void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news);
-/* All who wait in lease_wait look up, once. */
+/* Whether another chunk may be offered; waits at most `wait_ms` for it. */
+bool leases_room(struct leases *leases, int64_t wait_ms);
+/* The end is near: all who wait in lease_wait or leases_room look up. */
 void leases_wake(struct leases *leases);
 /* Takes the offer back; whoever has it is told at the next heartbeat. */
 void lease_end(struct lease *lease);

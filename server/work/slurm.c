@@ -328,6 +328,17 @@ static void slurm_free(struct slurm *slurm)
     free(slurm);
 }
 
+static void expect_pilots(const struct slurm *slurm, size_t chunks)
+{
+    size_t pilots = (size_t)slurm->file.pilots;
+
+    leases_expect(slurm->leases, pilots);
+    if (pilots > chunks)
+        log_write(LOG_LEVEL_WARNING, "slurm_pilots_too_many",
+                  LOG_FIELDS(log_integer("pilots", (int64_t)pilots),
+                             log_integer("workers", (int64_t)chunks)));
+}
+
 struct slurm *slurm_start(const char *path, struct leases *leases, const struct slurm_way *way,
                           char *reason, size_t size)
 {
@@ -354,6 +365,7 @@ struct slurm *slurm_start(const char *path, struct leases *leases, const struct 
         snprintf(slurm->url, sizeof slurm->url, "%s",
                  slurm->file.url[0] ? slurm->file.url : way->url);
         snprintf(slurm->share, sizeof slurm->share, "%s", way->share ? way->share : "");
+        expect_pilots(slurm, way->chunks);
         if (pthread_create(&slurm->thread, NULL, slurm_main, slurm) == 0)
             return slurm;
         snprintf(reason, size, "no thread can be had");

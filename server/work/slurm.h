@@ -23,6 +23,7 @@ struct slurm;
 struct slurm_way {
     const char *url;   /* unless the file says otherwise */
     const char *share; /* a directory instead (share.h), or NULL */
+    size_t chunks;     /* that the daemon can lend at a time */
 };
 
 /* NULL with words in reason when the file is wrong. */

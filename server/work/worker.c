@@ -18,6 +18,7 @@
 #include "store_results.h"
 
 #include <assert.h>
+#include <errno.h>
 #include <signal.h>
 #include <pthread.h>
 #include <sched.h>
@@ -281,8 +282,8 @@ static void do_task(struct worker *worker, struct task *task)
     if (!last) {
         enum run_end outcome = work_run_chunk(&work);
 
-        saving_end(&work, outcome == RUN_DONE || outcome == RUN_FAILED ||
-                              atomic_load(task->cancelled));
+        saving_end(&work,
+                   outcome == RUN_DONE || outcome == RUN_FAILED || atomic_load(task->cancelled));
         bcd_team_free(work.team);
         work.team = NULL;
         work_tell_use(&work);
@@ -336,63 +337,86 @@ struct workers *workers_start(size_t count, struct queue *queue, struct store *s
     return workers_start_lending(count, queue, store, NULL);
 }
 
+bool work_grow(struct workers *workers)
+{
+    struct worker *worker;
+    sigset_t all, kept;
+    size_t count;
+    int code = EAGAIN;
+
+    pthread_mutex_lock(&workers->grow);
+    count = atomic_load(&workers->count);
+    if (count < workers->most) {
+        worker = &workers->each[count];
+        worker->workers = workers;
+        worker->aside = count < workers->aside;
+        atomic_store(&worker->alive, true);
+        sigfillset(&all);
+        pthread_sigmask(SIG_SETMASK, &all, &kept);
+        code = pthread_create(&worker->thread, NULL, worker_main, worker);
+        pthread_sigmask(SIG_SETMASK, &kept, NULL);
+        if (code == 0) {
+            pthread_setname_np(worker->thread, worker->aside ? "finisher" : "worker");
+            atomic_store(&workers->count, count + 1);
+        } else if (!atomic_exchange(&workers->told, true)) {
+            log_write(
+                LOG_LEVEL_ERROR, "worker_not_started",
+                LOG_FIELDS(log_integer("errno", code), log_integer("started", (int64_t)count)));
+        }
+    }
+    pthread_mutex_unlock(&workers->grow);
+    return code == 0;
+}
+
 struct workers *workers_start_lending(size_t count, struct queue *queue, struct store *store,
                                       struct leases *leases)
 {
     struct workers *workers;
-    size_t all_threads = count + work_finishers(count);
-    sigset_t all, kept;
-    int code = 0;
+    size_t aside = work_finishers(count), first = count;
 
     assert(count >= 1 && count <= LIMIT_WORKERS_MAX);
-    workers = calloc(1, sizeof *workers + all_threads * sizeof workers->each[0]);
+    workers = calloc(1, sizeof *workers + (aside + count) * sizeof workers->each[0]);
     if (!workers)
         return NULL;
-    workers->aside = work_finishers(count);
+    workers->most = aside + count;
+    pthread_mutex_init(&workers->grow, NULL);
+    workers->aside = aside;
     workers->queue = queue;
     workers->store = store;
     queue_set_workers(queue, leases ? 0 : count); /* chunks are lent one by one */
     workers->crash_path = queue_crash_path(queue);
     if (!workers->crash_path) {
+        pthread_mutex_destroy(&workers->grow);
         free(workers);
         return NULL;
     }
     workers->leases = leases;
     sem_init(&workers->taking, 0, LIMIT_LENDING_TAKE);
     sem_init(&workers->working, 0, LIMIT_LENDING_WORK);
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &kept);
-    while (code == 0 && workers->count < all_threads) {
-        struct worker *worker = &workers->each[workers->count];
-
-        worker->workers = workers;
-        worker->aside = workers->count >= count;
-        atomic_store(&worker->alive, true);
-        code = pthread_create(&worker->thread, NULL, worker_main, worker);
-        if (code == 0)
-            pthread_setname_np(worker->thread, worker->aside ? "finisher" : "worker");
-        workers->count += code == 0;
-    }
-    pthread_sigmask(SIG_SETMASK, &kept, NULL);
-    if (code) {
-        log_write(LOG_LEVEL_ERROR, "worker_not_started",
-                  LOG_FIELDS(log_integer("errno", code),
-                             log_integer("started", (int64_t)workers->count)));
-        workers_stop(workers);
-        return NULL;
-    }
+    if (leases && first > LIMIT_LENDING_FIRST)
+        first = LIMIT_LENDING_FIRST;
+    while (atomic_load(&workers->count) < aside + first)
+        if (!work_grow(workers)) {
+            workers_stop(workers);
+            return NULL;
+        }
     return workers;
 }
 
+/* Those that come later inherit it from one of these. */
 void workers_step_back(struct workers *workers, int nice)
 {
-    for (size_t i = 0; i < workers->count; i++) {
+    int to = getpriority(PRIO_PROCESS, (id_t)gettid()) + nice;
+
+    pthread_mutex_lock(&workers->grow);
+    for (size_t i = 0; i < atomic_load(&workers->count); i++) {
         id_t id;
 
         while ((id = (id_t)atomic_load(&workers->each[i].id)) == 0) /* it is about to start */
             sched_yield();
-        setpriority(PRIO_PROCESS, id, getpriority(PRIO_PROCESS, id) + nice);
+        setpriority(PRIO_PROCESS, id, to);
     }
+    pthread_mutex_unlock(&workers->grow);
 }
 
 void workers_stop(struct workers *workers)
@@ -402,11 +426,13 @@ void workers_stop(struct workers *workers)
     queue_stop(workers->queue);
     if (workers->leases)
         leases_wake(workers->leases);
-    for (size_t i = 0; i < workers->count; i++)
+    /* None begins another once all are joined. */
+    for (size_t i = 0; i < atomic_load(&workers->count); i++)
         pthread_join(workers->each[i].thread, NULL);
     store_attempts_stop(workers->store); /* if it fails, they count as lost: no harm */
     sem_destroy(&workers->taking);
     sem_destroy(&workers->working);
+    pthread_mutex_destroy(&workers->grow);
     free(workers->crash_path);
     free(workers);
 }
@@ -414,9 +440,11 @@ void workers_stop(struct workers *workers)
 void workers_count(const struct workers *workers, struct workers_counts *counts)
 {
     int64_t now = work_now_ns();
+    size_t count = atomic_load(&workers->count);
 
-    *counts = (struct workers_counts){.started = workers->count - workers->aside};
-    for (size_t i = 0; i < workers->count; i++) {
+    *counts = (struct workers_counts){.started = count - workers->aside,
+                                      .most = workers->most - workers->aside};
+    for (size_t i = 0; i < count; i++) {
         const struct worker *worker = &workers->each[i];
         int64_t silent_ms = (now - atomic_load(&worker->seen_ns)) / 1000000;
         struct timespec used = {0};

@@ -18,8 +18,9 @@ struct workers;
  * All signals are blocked in them. NULL when the threads cannot be had (the cause is logged). */
 struct workers *workers_start(size_t count, struct queue *queue, struct store *store);
 
-/* The same, but chunks are lent to workers elsewhere, as many at a time as there are threads; those
- * that are too large for that are run here all the same. */
+/* The same, but chunks are lent to workers elsewhere, each by a thread that waits for it: more are
+ * started as chunks are taken, `count` at most. Those that are too large to be lent are run here
+ * all the same. */
 struct leases;
 struct workers *workers_start_lending(size_t count, struct queue *queue, struct store *store,
                                       struct leases *leases);
@@ -31,6 +32,7 @@ void workers_step_back(struct workers *workers, int nice);
 /* What they have done since the start, and what they are at. Any thread. */
 struct workers_counts {
     size_t started, alive, busy; /* threads; busy = with a task */
+    size_t most;                 /* that there may be */
     int64_t chunks;              /* finished */
     double rod_steps, core_seconds;
     int64_t checkpoints;   /* made, */

@@ -24,7 +24,7 @@ struct worker {
     struct workers *workers;
     pthread_t thread;
     atomic_int id; /* the kernel's; 0 = not started yet */
-    bool aside; /* it finishes jobs that were put off */
+    bool aside;    /* it finishes jobs that were put off */
     atomic_bool alive, busy;
     atomic_int_least64_t seen_ns; /* when it last came by its clock */
     atomic_int_least64_t chunks, rod_steps;
@@ -41,7 +41,11 @@ struct workers {
     char *crash_path;
     struct leases *leases; /* NULL = chunks are run here, and nobody waits for the two: */
     sem_t taking, working;
-    size_t count, aside; /* threads; of these, the last ones, that finish jobs */
+    size_t most, aside;    /* threads; of these, the first ones, that finish jobs */
+    atomic_size_t count;   /* of them that there are: it grows where chunks are lent, */
+    atomic_size_t looking; /* while none of those is looking for a task */
+    atomic_bool told;      /* that there are no more to be had */
+    pthread_mutex_t grow;
     struct worker each[];
 };
 
@@ -97,6 +101,9 @@ enum run_end work_run_here(struct work *work);
 void work_allow(struct work *work);
 double work_rod_steps(const struct task *task);
 
+/* One more thread; false = there are as many as there may be, or it cannot be had (logged once). */
+bool work_grow(struct workers *workers);
+
 /* ----------------------------------------------------------- worker_chunks.c */
 
 /* Makes the runs, each where it was left if it was left anywhere. */
@@ -118,7 +125,7 @@ enum run_end work_put_chunks(struct work *work, const struct chunk_new *tallies)
 /* ------------------------------------------------------------- worker_lend.c */
 
 /* The next task; false = there will be none. */
-bool work_take(const struct worker *worker, struct task *task);
+bool work_take(struct worker *worker, struct task *task);
 
 /* Between these a task that was lent is worked at here; false = it is to stop, and nothing was
  * begun. Where nothing is lent, and for what was put off, they do nothing. */

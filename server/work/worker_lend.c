@@ -39,8 +39,23 @@ void work_end(struct work *work)
         sem_post(&work->workers->working);
 }
 
+/* One of few at a time takes a chunk from the queue, and not before somebody may come for it. */
+static bool take_to_lend(struct workers *workers, struct task *task)
+{
+    bool taken = false;
+
+    while (sem_wait(&workers->taking) != 0) /* a signal, as debuggers send them */
+        ;
+    while (!queue_stopping(workers->queue) && !leases_room(workers->leases, LOOK_MS))
+        ;
+    if (!queue_stopping(workers->queue))
+        taken = queue_claim(workers->queue, task);
+    sem_post(&workers->taking); /* when there will be none the next one sees that, too */
+    return taken;
+}
+
 /* What others run is not in the way of what is finished here. */
-bool work_take(const struct worker *worker, struct task *task)
+bool work_take(struct worker *worker, struct task *task)
 {
     struct workers *workers = worker->workers;
     bool taken;
@@ -50,10 +65,9 @@ bool work_take(const struct worker *worker, struct task *task)
                                   task);
     if (!workers->leases)
         return queue_claim(workers->queue, task);
-    while (sem_wait(&workers->taking) != 0) /* a signal, as debuggers send them */
-        ;
-    taken = queue_claim(workers->queue, task);
-    sem_post(&workers->taking); /* when there will be none the next one sees that, too */
+    atomic_fetch_add(&workers->looking, 1);
+    taken = take_to_lend(workers, task);
+    atomic_fetch_sub(&workers->looking, 1);
     return taken;
 }
 
@@ -86,6 +100,7 @@ static void load_begun(struct work *work, struct blob *begun)
 
 static struct lease *offer(struct work *work)
 {
+    struct workers *workers = work->workers;
     const struct task *task = work->task;
     struct lease_terms terms = {.bytes_max = work->watch.bytes_max};
     struct lease *lease;
@@ -96,7 +111,7 @@ static struct lease *offer(struct work *work)
         load_begun(work, &terms.begun);
     if (terms.checkpoint.size > LIMIT_LEASE_BYTES_MAX)
         blob_fini(&terms.checkpoint);
-    lease = lease_offer(work->workers->leases, task, &terms);
+    lease = lease_offer(workers->leases, task, &terms);
     blob_fini(&terms.checkpoint);
     blob_fini(&terms.begun);
     return lease;
@@ -147,8 +162,7 @@ static enum run_end put_away(struct work *work, const struct blob *tally)
 {
     bool in_turn = work_begin(work);
     assert(work->task->count == 1); /* no teams: see workers_start_lending */
-    enum run_end outcome =
-        work_put_chunks(work, &(struct chunk_new){tally->bytes, tally->size});
+    enum run_end outcome = work_put_chunks(work, &(struct chunk_new){tally->bytes, tally->size});
 
     if (in_turn)
         work_end(work);
@@ -186,12 +200,24 @@ static enum run_end follow(struct work *work, struct lease *lease)
     }
 }
 
+/* This thread is taken from now on: that some look for chunks all the same. */
+static void look_for_more(struct workers *workers)
+{
+    if (atomic_load(&workers->looking) >= LIMIT_LENDING_TAKE || work_grow(workers))
+        return;
+    if (atomic_load(&workers->looking) == 0 && !atomic_exchange(&workers->told, true))
+        log_write(LOG_LEVEL_WARNING, "lending_full",
+                  LOG_FIELDS(log_integer("chunks", (int64_t)(workers->most - workers->aside))));
+}
+
 /* Lends it until somebody has run it. */
 static enum run_end lend(struct work *work)
 {
     struct lease *lease = offer(work);
     enum run_end outcome;
 
+    if (lease)
+        look_for_more(work->workers);
     if (!lease) {
         work->error.code = BCD_NO_MEMORY;
         return RUN_FAILED;
