@@ -15,6 +15,25 @@ export function localSlope(lag, msd, stderr) {
   return { x, y, error };
 }
 
+// Another MSD over the first, at the other's lags within those of the first, which is a line from lag
+// to lag in logarithms. Errors take both for independent.
+export function ratio(first, other) {
+  const out = { x: [], y: [], error: [] };
+  other.lag.forEach((t, i) => {
+    const j = first.lag.findLastIndex((lag) => lag <= t), k = first.lag[j] === t ? j : j + 1;
+    if (j < 0 || k >= first.lag.length || !(first.msd[j] > 0) || !(first.msd[k] > 0))
+      return;
+    const share = k === j ? 0 : Math.log(t / first.lag[j]) / Math.log(first.lag[k] / first.lag[j]);
+    const between = (a, b) => a * (1 - share) + b * share;
+    const y = other.msd[i] / Math.exp(between(Math.log(first.msd[j]), Math.log(first.msd[k])));
+    out.x.push(t);
+    out.y.push(y);
+    out.error.push(y * Math.hypot((other.stderr?.[i] ?? NaN) / other.msd[i],
+      between(first.stderr?.[j] / first.msd[j], first.stderr?.[k] / first.msd[k])));
+  });
+  return out;
+}
+
 // Of hard rods in no field and endless in number: 2 (1/rho - sigma) sqrt(D t / pi). Null elsewhere.
 export function singleFile({ job, derived }) {
   const room = job.length / job.particles - job.diameter;

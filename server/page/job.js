@@ -65,7 +65,8 @@ export async function show(main, { id, query }, signal) {
     if (signal.aborted)
       return;
     const drawn = [];
-    for (const name of Object.keys(record.job.observables)) {
+    const last = (name) => name === 'trajectory'; // as wide as the page
+    for (const name of Object.keys(record.job.observables).sort((a, b) => last(a) - last(b))) {
       const curves = all.map((r, series) => ({ record: r, name: nameOf(r), table: tables[series][name], series }))
         .filter((c) => c.table);
       drawn.push(...(panels[name] ?? panels.any)(name, curves));

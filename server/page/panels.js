@@ -3,7 +3,7 @@
 // job looked at, the others lie over it.
 import { curl } from './api.js';
 import { h } from './dom.js';
-import { localSlope, rootOfTime, singleFile } from './guides.js';
+import { localSlope, ratio, rootOfTime, singleFile } from './guides.js';
 import { plot } from './plot.js';
 import { num, observableNames, withError } from './words.js';
 import { valueOf } from './record.js';
@@ -60,7 +60,31 @@ function msd(name, curves) {
                    ...slopes.flatMap((c) => [
                      { kind: 'line', x: c.x, y: c.y, series: c.series, group: `c${c.series}`, silent: true },
                      { kind: 'points', x: c.x, y: c.y, error: c.error, series: c.series, group: `c${c.series}`, name: c.name }])] }),
+    ...compared(name, curves, x), spreading(name, curves),
   ];
+}
+
+function compared(name, [first, ...others], x) {
+  if (!others.length)
+    return [];
+  const ratios = others.map((c) => ({ ...ratio(first.table, c.table), series: c.series, name: c.name })).filter((c) => c.x.length);
+  return [plot({ title: `MSD over that of ${first.name}`, x, height: 300, key: 'ratio', file: fileOf('ratio', [first, ...others]),
+    y: { label: 'ratio', name: 'ratio', kind: 'linear', both: true }, legend: legendOf(others, 'both'), curl: lines(name, others),
+    note: 'Error bars take jobs for independent; with the same seed much of the noise is common, and the true error is smaller.',
+    marks: [{ kind: 'level', y: 1 }, ...ratios.flatMap((c) => [
+      { kind: 'line', x: c.x, y: c.y, series: c.series, group: `c${c.series}`, silent: true },
+      { kind: 'points', x: c.x, y: c.y, error: c.error, series: c.series, group: `c${c.series}`, name: c.name }])] })];
+}
+
+// Half the MSD by time: the diffusion coefficient, where it is the same at long lags.
+function spreading(name, curves) {
+  const at = ({ lag, msd: y, stderr }, i) => [num(lag.at(i)), withError(y.at(i) / 2 / lag.at(i), stderr?.at(i) / 2 / lag.at(i))];
+  return h('section', { class: 'figure' }, h('h3', null, 'Spreading, MSD / 2 t'), h('div', { class: 'scroll' },
+    h('table', null, h('thead', null, h('tr', null, ['job', 'shortest lag', 'MSD / 2 t', 'longest lag', 'MSD / 2 t', 'D of a rod alone']
+      .map((t, i) => h('th', { class: i ? 'number' : null }, t)))),
+    h('tbody', null, curves.map((c) => h('tr', null, h('td', null, c.name),
+      [...at(c.table, 0), ...at(c.table, -1), num(c.record.derived.diffusion)].map((v) => h('td', { class: 'number' }, v))))))),
+    h('p', { class: 'note' }, 'At long lags a diffusion coefficient, once the local slope is 1; below that it still falls with t.'));
 }
 
 // Of more rows than a plot can show every so manieth; a note says so.

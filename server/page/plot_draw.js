@@ -85,9 +85,10 @@ function axes(spec, x, y, xTicks, yTicks, height) {
       group.append(s('text', { x: x.from - 6, y: at + 4, 'text-anchor': 'end' }, label));
   }
   group.append(s('path', { class: 'frame', d: `M${x.from} ${y.to}V${y.from}H${x.to}` }));
+  const long = spec.x.label?.length * 6.5 > x.to - x.from; // goes on to the left then
   if (spec.x.label)
-    group.append(s('text', { class: 'name', x: (x.from + x.to) / 2, y: height - 6,
-                             'text-anchor': 'middle' }, spec.x.label));
+    group.append(s('text', { class: 'name', x: long ? x.to + 12 : (x.from + x.to) / 2, y: height - 6,
+                             'text-anchor': long ? 'end' : 'middle' }, spec.x.label));
   if (spec.y.label)
     group.append(s('text', { class: 'name', 'text-anchor': 'middle',
                              transform: `translate(12 ${(y.from + y.to) / 2}) rotate(-90)` }, spec.y.label));

@@ -33,9 +33,11 @@ export function range(kind, values) {
   return [low - room, high + room];
 }
 
+// At least two, however little room there is.
 function linearTicks(low, high, many) {
   const raw = (high - low) / Math.max(1, many), power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw * 0.999) ?? power * 10;
+  const steps = [0.2, 0.5, 1, 2, 5, 10].map((m) => m * power), within = (s) => Math.floor(high / s + 1e-9) - Math.ceil(low / s - 1e-9);
+  const step = steps.find((s) => s >= raw * 0.999 && within(s) > 0) ?? steps.findLast((s) => within(s) > 0) ?? raw;
   const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const ticks = [];
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; i++)

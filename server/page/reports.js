@@ -102,7 +102,7 @@ export async function show(main, { query }, signal) {
         if (!marks.length)
           return [];
         return [h('div', null, plot({ title: scene.name, marks, legend, height: 340, key: scene.name, file: `work-precision-${scene.name}`,
-          x: { label: 'cost: ns of one core per rod and unit of time', name: 'cost', kind: 'log', both: true },
+          x: { label: 'core time, ns per rod and unit of time', name: 'cost', kind: 'log', both: true },
           y: { label: ERRORS.find(([name]) => name === error)[1], name: error, kind: 'log', both: true },
           curl: [curl(`${WORK}.csv`)] }), costs(scene))];
       })));

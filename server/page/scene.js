@@ -4,9 +4,10 @@ import { h, s } from './dom.js';
 import { potentialOf } from './formula.js';
 import { num } from './words.js';
 
-const WIDTH = 640, HEIGHT = 190, LEFT = 12, RIGHT = 12;
+const HEIGHT = 190, LEFT = 12, RIGHT = 12;
 
-export function scene(job) {
+export function scene(job, room) {
+  const WIDTH = Math.max(260, Math.floor(room || 640));
   const N = Number(job.particles), L = Number(job.length), sigma = Number(job.diameter ?? 0);
   if (!(N >= 1) || !(L > 0) || !(sigma >= 0))
     return h('p', { class: 'note' }, 'The scene is drawn once there are particles and a length.');
@@ -15,11 +16,11 @@ export function scene(job) {
   const shown = Math.min(L, Math.max(14 * spacing, potential?.period ? 6 * potential.period : 0));
   const width = Math.min(shown, 40 * Math.max(sigma, spacing / 4, potential?.period ?? 0) || shown);
   const unit = (WIDTH - LEFT - RIGHT) / width, px = (x) => LEFT + x * unit;
-  const svg = s('svg', { class: 'plot scene', viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: 'img',
+  const svg = s('svg', { class: 'plot scene', viewBox: `0 0 ${WIDTH} ${HEIGHT}`, width: WIDTH, height: HEIGHT, role: 'img',
     'aria-label': `${N} rods of length ${sigma} in ${L}, mean gap ${num(gap)}` });
   const floor = 118;
   if (potential)
-    svg.append(curve(potential, width, px));
+    svg.append(curve(potential, width, px, WIDTH - RIGHT));
   const tall = 20;
   for (let i = 0; (i + 0.5) * spacing - sigma / 2 < width && i < 400; i++)
     svg.append(s('rect', { class: 'rod', x: px((i + 0.5) * spacing - sigma / 2), y: floor - tall / 2,
@@ -43,13 +44,13 @@ export function scene(job) {
   return h('div', null, svg, h('p', { class: 'note' }, facts.join('  ·  ')));
 }
 
-function curve({ energy }, width, px) {
+function curve({ energy }, width, px, end) {
   const xs = Array.from({ length: 501 }, (_, i) => i / 500 * width), us = xs.map(energy);
   const finite = us.filter(Number.isFinite), low = Math.min(...finite), high = Math.max(...finite);
   const group = s('g');
   if (!finite.length)
     return group;
-  const y = (u) => (high > low ? 92 - (u - low) / (high - low) * 76 : 60);
+  const y = (u) => (high > low ? 92 - (u - low) / (high - low) * 70 : 60); // below the words
   let d = '', pen = 'M';
   xs.forEach((x, i) => {
     if (Number.isFinite(us[i])) {
@@ -60,6 +61,6 @@ function curve({ energy }, width, px) {
     }
   });
   group.append(s('path', { class: 'potential', d }),
-               s('text', { x: 640 - 12, y: 12, 'text-anchor': 'end' }, `U from ${num(low, 3)} to ${num(high, 3)}`));
+               s('text', { x: end, y: 12, 'text-anchor': 'end' }, `U from ${num(low, 3)} to ${num(high, 3)}`));
   return group;
 }

@@ -21,9 +21,9 @@ export function stabilityTable(place) {
 
   function cell(e) {
     const text = words(e), off = Number.isFinite(e.off) && e.verdict !== 'right' && e.verdict !== 'ran';
-    const seen = sign(e.verdict) + (off ? ` ${num(e.off, 1)}` : '');
+    const seen = sign(e.verdict) + (off ? ` ${num(e.off, 1)}` : ''); // said first where it is more than a sign
     return h('td', null, h('button', { type: 'button', class: `quiet ${e.failed ? 'fault' : ''}`, title: text,
-      'aria-label': `${text} (${seen})`, onclick: () => { says.textContent = text; } }, seen));
+      'aria-label': off ? `${seen}: ${text}` : text, onclick: () => { says.textContent = text; } }, seen));
   }
 
   return function show(entries) {

@@ -38,7 +38,7 @@ export async function show(main, { query }, signal) {
   }
 
   function changed() {
-    replace(picture, scene(job));
+    replace(picture, scene(job, picture.clientWidth));
     text.value = JSON.stringify(job, null, 2);
     settled();
   }
@@ -93,7 +93,7 @@ export async function show(main, { query }, signal) {
     const { derived } = e, times = axes.reduce((n, [, a]) => n * (countOf(a) || 1), 1);
     const rows = [['computing', `${duration(e.core_seconds)} of one core${times > 1 ? `, times ${times}` : ''}`],
       ['done', e.finishes_at ? `${duration(e.finishes_in_seconds)} from now, ${moment(e.finishes_at)}` : null],
-      ['before it', e.queue && e.queue.jobs_before ? `${e.queue.jobs_before} jobs, ${duration(e.queue.core_seconds_before)}` : null],
+      ['before it', e.queue && e.queue.jobs_before ? `${e.queue.jobs_before} job${e.queue.jobs_before > 1 ? 's' : ''}, ${duration(e.queue.core_seconds_before)}` : null],
       ['memory', bytes(e.memory_bytes)], ['results', bytes(e.result_bytes)], ['steps', num(e.steps, 3)],
       ['method', derived?.method], ['time step', derived && num(derived.time_step)],
       ['step by', derived?.time_step_limited_by?.replaceAll('_', ' ')],
@@ -164,6 +164,13 @@ export async function show(main, { query }, signal) {
   build();
   showAxes();
   changed();
+  let wide = picture.clientWidth;
+  new ResizeObserver(() => {
+    if (picture.clientWidth === wide)
+      return;
+    wide = picture.clientWidth;
+    replace(picture, scene(job, wide));
+  }).observe(picture);
 }
 
 // What the statistical errors will be, as far as a sample tells.

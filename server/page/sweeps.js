@@ -7,13 +7,14 @@ import { link, print, put, value } from './place.js';
 import { moment, nameOf, states } from './words.js';
 
 export const title = 'Sweeps';
+const LESS = ['owner', 'submitted']; // not on narrow screens
 
 export async function show(main, { query }, signal) {
   const body = h('tbody'), more = h('p', { class: 'row' }), told = h('p', { class: 'fault', role: 'alert' });
   const path = `/v1/sweeps${query.length ? `?${print(query)}` : ''}`;
-  replace(main, h('h1', null, 'Sweeps'), told, h('div', { class: 'scroll' }, h('table', null, h('thead', null, h('tr', null,
+  replace(main, h('h1', null, 'Sweeps'), told, h('div', { class: 'scroll' }, h('table', { class: 'sweeps' }, h('thead', null, h('tr', null,
     ['sweep', 'points', 'ended', ...Object.keys(states), 'owner', 'submitted'].map((t) =>
-      h('th', { class: ['points', ...Object.keys(states)].includes(t) ? 'number' : null }, t)))), body)), more,
+      h('th', { class: ['points', ...Object.keys(states)].includes(t) ? 'number' : LESS.includes(t) ? 'less' : null }, t)))), body)), more,
     h('details', { class: 'source' }, h('summary', null, 'The same list by curl'), shellLine(curl(path))));
 
   async function load() {
@@ -27,7 +28,7 @@ export async function show(main, { query }, signal) {
         h('td', null, h('progress', { max: 1, value: sweep.progress, 'aria-label': 'Share of points that have ended' }),
           ` ${Math.floor(sweep.progress * 100)} %`),
         Object.keys(states).map((state) => h('td', { class: 'number' }, sweep.states[state] || '')),
-        h('td', null, sweep.owner), h('td', null, moment(sweep.submitted_at)))));
+        h('td', { class: 'less' }, sweep.owner), h('td', { class: 'less' }, moment(sweep.submitted_at)))));
       if (!page.sweeps.length)
         replace(body, h('tr', null, h('td', { colspan: 10 }, 'There are none yet: ', h('a', { href: '#submit' }, 'Submit'),
                                       ' makes them, and POST /v1/sweeps.')));

@@ -87,6 +87,11 @@ await test('another job lies over it, and the link holds that', async () => {
   await tab.reload();
   await tab.locator('.legend').getByText('shorter rods').first().waitFor();
   expect((await tab.locator('.paper').first().locator('.s1 .shape').count()) === 1);
+  await tab.locator('.figure', { hasText: 'MSD over that of rods in wells' }).locator('.s1 .error').waitFor();
+  const told = await tab.locator('.figure', { hasText: 'Spreading' }).locator('tbody tr').nth(1).locator('td').allTextContents();
+  const table = (await ask('GET', `/v1/jobs/${other.id}/results/msd`)).json, [last] = table.lag.slice(-1);
+  expect(told[0] === 'shorter rods' && Number(told[3]) === Number(last.toPrecision(4)) &&
+         Math.abs(parseFloat(told[4]) / (table.msd.at(-1) / 2 / last) - 1) < 0.05 && told[4].includes('±') && told[5] === '1', told, table);
 });
 
 await test('the link holds axes, zoom and what is hidden, of each plot', async () => {
@@ -124,16 +129,19 @@ await test('slopes have error bars; the law t^½ is known, or is fitted where th
   const slopes = tab.locator('.figure', { hasText: 'Local slope' });
   expect((await slopes.locator('.points .error').first().getAttribute('d')).split('M').length > 4, 'bars');
   const found = await tab.evaluate(async () => {
-    const { localSlope, rootOfTime, singleFile } = await import('/page/guides.js');
+    const { localSlope, ratio, rootOfTime, singleFile } = await import('/page/guides.js');
     const lag = [0.01, 0.1, 1, 10, 100, 1000, 10000], bend = lag.map((t) => 2 * t / (1 + t / Math.sqrt(t))); // 2 t, then 2 t^(1/2)
     return { slope: localSlope([1, 2, 4], [3, 6, 12], [0.3, 9, 0.9]), root: rootOfTime({ lag, msd: bend }),
              none: rootOfTime({ lag, msd: lag }),
+             ratio: ratio({ lag: [1, 4, 16], msd: [1, 2, 4], stderr: [0.1, 0.2, 0.4] }, { lag: [0.5, 2, 8, 20], msd: [1, 1, 1, 1], stderr: [0, 0, 0, 0] }),
              known: singleFile({ job: { particles: 50, length: 100, diameter: 0.5, boundary: 'periodic' }, derived: { diffusion: Math.PI } }),
              wells: singleFile({ job: { particles: 50, length: 100, diameter: 0.5, boundary: 'periodic', potential: {} }, derived: {} }) };
   });
   const near = (a, b) => Math.abs(a - b) < 1e-9;
   expect(near(found.slope.y[0], 1) && near(found.slope.error[0], Math.hypot(0.1, 0.075) / Math.log(4)), found);
   expect(found.root.from === 100 && found.root.to === 1000 && found.root.factor > 1.5 && found.root.factor < 2, found);
+  expect(found.ratio.x.join() === '2,8' && near(found.ratio.y[0], 1 / Math.sqrt(2)) && near(found.ratio.y[1], 1 / Math.sqrt(8)) &&
+         near(found.ratio.error[1], 0.1 / Math.sqrt(8)), found.ratio);
   expect(found.none === null && near(found.known, 3) && found.wells === null, found);
 });
 
@@ -293,9 +301,9 @@ await test('reports: nothing is measured unasked; stability is shown as it is fo
   const first = tab.locator('.signs td button').first();
   await first.waitFor({ timeout: 60000 });
   const said = await first.getAttribute('aria-label');
-  expect(/^U0 = 100, \w+: (right|biased|ran|refused)/.test(said), said);
+  expect(/^(\S \S+: )?U0 = 100, \w+: (right|biased|ran|refused)/.test(said), said);
   await first.click();
-  expect(said.startsWith(`${await tab.locator('.says').last().textContent()} (`), said); // and what is seen
+  expect(said.endsWith(await tab.locator('.says').last().textContent()), said);
   expect((await ask('GET', '/v1/reports/work-precision')).status === 409, 'one at a time');
   await tab.getByRole('button', { name: 'Stop' }).click();
   await begin.nth(1).waitFor({ timeout: 60000 });
