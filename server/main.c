@@ -31,7 +31,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
-enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 8192 };
+enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_USAGE = 2, DESCRIPTORS_WANTED = 8192, REPORTS_NICE = 19 };
 
 /* What brings chunks to other machines, if anything does. */
 struct elsewhere {
@@ -42,7 +42,7 @@ struct elsewhere {
 static int serve(const struct config *config);
 static bool start_threads(const struct config *config, struct service *service, char *reason,
                           size_t size);
-static bool begin_queue(struct service *service, const struct job_limits *limits);
+static bool begin_queue(struct service *service, const struct config *config);
 static bool start_elsewhere(const struct config *config, struct elsewhere *elsewhere,
                             struct service *service, char *reason, size_t size);
 static void announce(const struct config *config, uint16_t port);
@@ -100,8 +100,7 @@ static int serve(const struct config *config)
         access_create(&service.access, service.store, config->auth,
                       http_guard_loopback(config->host), reason, sizeof(reason)) != STORE_OK)
         goto cleanup;
-    if (!begin_queue(&service, &config->limits) ||
-        !start_threads(config, &service, reason, sizeof(reason)))
+    if (!begin_queue(&service, config) || !start_threads(config, &service, reason, sizeof(reason)))
         goto cleanup;
     const struct http_options options = {.host = config->host,
                                          .names = config->names,
@@ -169,15 +168,16 @@ static bool start_threads(const struct config *config, struct service *service, 
 }
 
 /* The queue with what was in motion, and what stands around it. */
-static bool begin_queue(struct service *service, const struct job_limits *limits)
+static bool begin_queue(struct service *service, const struct config *config)
 {
     if (queue_create(&service->queue, service->store) != STORE_OK)
         return false;
-    queue_set_limits(service->queue, limits);
+    queue_set_limits(service->queue, &config->limits);
     if (queue_recover(service->queue) != STORE_OK ||
         feed_create(&service->feed, service->store, service->queue) != STORE_OK)
         return false;
-    service->reports = report_keeper_create(service->store);
+    /* Measurements are the least urgent of all, where anything is to give way. */
+    service->reports = report_keeper_create(service->store, config->nice > 0 ? REPORTS_NICE : 0);
     return service->reports != NULL;
 }
 

@@ -11,9 +11,10 @@
 #
 # A test that crashes, exceeds its time limit, exits with a status of its own, prints no plan or
 # another number of results than planned counts as one more failure. TEST_JOBS (2) tests run at a
-# time; shell tests with a line "# Alone: why" run after the others, one by one, for they measure
-# times. Output is shown for failures only. The last line is "N passed, N failed"; the status is 1
-# unless N > 0 passed and none failed.
+# time; beside them, one by one, shell tests with a line "# Waits: why", which need next to no
+# processor; after them, one by one, those with a line "# Alone: why". Output is shown for failures
+# only, and the slowest tests are named. The last line is "N passed, N failed"; the status is 1 unless
+# N > 0 passed and none failed.
 set -u
 LC_ALL=C
 export LC_ALL
@@ -65,6 +66,7 @@ run_one() {
     count_tap "$status" <"$out" >"$RESULTS/$name.count"
     read -r passed failed skipped reason <"$RESULTS/$name.count"
     [ "$failed" -eq 0 ] || printf '%s\n' "$1" >>"$RESULTS/failing"
+    echo "$(((ended - started) / 1000000)) $1" >>"$RESULTS/times"
     awk -v name="$1" -v p="$passed" -v f="$failed" -v s="$skipped" -v ns="$((ended - started))" \
         -v reason="$reason" 'BEGIN {
             printf "%-44s %5d passed %3d failed %s%8.2f s%s\n", name, p, f,
@@ -78,7 +80,7 @@ if [ "${1:-}" = --one ]; then
 fi
 
 case ${1:-} in
-check) LIMIT=${TEST_LIMIT:-300} ;;
+check) LIMIT=${TEST_LIMIT:-600} ;;
 check-long) LIMIT=${TEST_LIMIT:-3600} ;;
 *)
     echo "usage: run.sh check|check-long" >&2
@@ -113,12 +115,13 @@ list_c() {
     done
 }
 
-# "label|script" of the shell tests that run "together" or "alone".
+# "label|script" of the shell tests that run "together", "alone", or in a lane of those that "wait".
 list_shell() {
     for source in tests/*/*.sh; do
         wanted "$source" || continue
         how=together
         ! grep -q '^# Alone: ' "$source" || how=alone
+        ! grep -q '^# Waits: ' "$source" || how=wait
         [ "$how" != "$1" ] || printf '%s|%s\n' "${source#tests/}" "$source"
     done
 }
@@ -149,8 +152,9 @@ run_sanitized() {
 
 # shellcheck disable=SC2046
 {
-    list_c "$B" "" tests/*/test_*.c | run_list "${TEST_JOBS:-2}"
-    list_shell together | run_list "${TEST_JOBS:-2}"
+    list_shell wait | run_list 1 &
+    { list_c "$B" "" tests/*/test_*.c; list_shell together; } | run_list "${TEST_JOBS:-2}"
+    wait
     list_shell alone | run_list 1
     if [ "$layerset" = check-long ]; then
         sh deploy/install-packages.sh long
@@ -167,7 +171,19 @@ if [ -s "$RESULTS/failing" ]; then
         printf '\n==== %s\n' "$label"
         cat "$RESULTS/$(printf '%s' "$label" | tr / .).out"
     done <"$RESULTS/failing"
+    printf '\n==== what failed\n'
+    while read -r label; do
+        name=$(printf '%s' "$label" | tr / .)
+        read -r passed failed skipped reason <"$RESULTS/$name.count"
+        [ -z "$reason" ] || printf '%s: %s\n' "$label" "$reason"
+        grep -e '^not ok' -e '^Bail out' "$RESULTS/$name.out" | grep -v '# SKIP' |
+            awk -v label="$label" '{ print label ": " $0 }'
+    done <"$RESULTS/failing"
     echo
+fi
+if [ -s "$RESULTS/times" ]; then
+    sort -rn "$RESULTS/times" | head -n 10 |
+        awk '{ printf "%s%s %.0f s", NR == 1 ? "slowest: " : ", ", $2, $1 / 1000 } END { print "" }'
 fi
 cat "$RESULTS"/*.count 2>/dev/null |
     awk '{ p += $1; f += $2 } END { printf "%d passed, %d failed\n", p, f; exit !(p > 0 && f == 0) }'

@@ -17,13 +17,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { LEAST_URGENT = 19 };
 enum state { STATE_IDLE, STATE_MEASURING, STATE_ENDED /* its thread is to be joined */ };
 
 struct report_keeper {
     struct store *store;
     char version[64];
     char *machine;
+    int nice;
     atomic_bool stop;
     double core_seconds; /* of the thread in motion */
     pthread_mutex_t mutex;
@@ -47,7 +47,7 @@ const char *report_kind_name(enum report_kind kind)
     return names[kind];
 }
 
-struct report_keeper *report_keeper_create(struct store *store)
+struct report_keeper *report_keeper_create(struct store *store, int nice)
 {
     struct report_keeper *keeper = calloc(1, sizeof *keeper);
     if (!keeper)
@@ -58,6 +58,7 @@ struct report_keeper *report_keeper_create(struct store *store)
         return NULL;
     }
     keeper->store = store;
+    keeper->nice = nice;
     snprintf(keeper->version, sizeof keeper->version, "%s, results %d", BCD_VERSION,
              BCD_RESULT_VERSION);
     pthread_mutex_init(&keeper->mutex, NULL);
@@ -251,7 +252,8 @@ static void *measure(void *context)
     struct report_keeper *keeper = context;
     const char *name = report_kind_name(keeper->kind);
     char reason[WORK_PRECISION_REASON] = "out of memory";
-    setpriority(PRIO_PROCESS, (id_t)gettid(), LEAST_URGENT);
+    if (keeper->nice > 0)
+        setpriority(PRIO_PROCESS, (id_t)gettid(), keeper->nice);
     pthread_mutex_lock(&keeper->mutex);
     keeper->thread_id = gettid();
     pthread_mutex_unlock(&keeper->mutex);

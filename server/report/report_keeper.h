@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * report_keeper.h - the daemon's own reports, on error against run time and on what the methods do
- * at the extremes: measured once, on request, one at a time, by a thread that yields to everything
- * else, and kept in the store. What ends before it is done leaves nothing behind; the next request
- * begins again.
+ * at the extremes: measured once, on request, one at a time, by a thread that yields to others, and
+ * kept in the store. What ends before it is done leaves nothing behind; the next request begins
+ * again.
  *
  * THREADS  All functions but _free may be called from any thread.
  */
@@ -19,8 +19,8 @@ const char *report_kind_name(enum report_kind kind); /* "work-precision", "stabi
 
 struct report_keeper;
 
-/* Borrows the store. NULL = out of memory. */
-struct report_keeper *report_keeper_create(struct store *store);
+/* Borrows the store; `nice` is what its thread gets. NULL = out of memory. */
+struct report_keeper *report_keeper_create(struct store *store, int nice);
 
 /* Stops a measurement (within a slice, LIMIT_SLICE_MS, and a theory) and ends. Accepts NULL. */
 void report_keeper_free(struct report_keeper *keeper);

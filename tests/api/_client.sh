@@ -2,6 +2,7 @@
 # _client.sh - bcd, the command line, and what it said. Read with `.` after _lib.sh.
 #
 #   bcd ARGUMENTS                stdout to $T/out, stderr to $T/err, both also to $T/all; sets EXIT
+#   signalled SIGNAL ARGUMENTS   as bcd, and after a moment the signal; later where it came too early
 #   usage_error TEXT ARGUMENTS   two checks: exit status 2, and nothing on stdout
 unset BCD_TOKEN BCD_URL NO_COLOR
 exec </dev/null # what is not given to it, bcd does not read
@@ -10,6 +11,17 @@ bcd() {
     "$B/bcd" "$@" >"$T/out" 2>"$T/err"
     EXIT=$?
     cat "$T/out" "$T/err" >>"$T/all"
+}
+
+# timeout sends the signal and hands on the exit status. Who was not yet ready for it said nothing.
+signalled() {
+    sent=$1
+    shift
+    for after in 0.4 2 10 30; do
+        timeout --preserve-status -k 10 -s "$sent" $after "$B/bcd" "$@" >"$T/out" 2>"$T/err"
+        EXIT=$?
+        [ ! -s "$T/err" ] || break
+    done
 }
 
 usage_error() {

@@ -80,21 +80,17 @@ chunks_done() {
     "$B/bcd" sql --data "$T/data" --csv "select sum(derived_chunks) from jobs where state = 'done'" |
         tail -n 1
 }
+same_count() {
+    [ "$(chunks_done)" = "$(metric bcd_leases_returned_total)" ]
+}
 as_many_done_as_returned() {
-    for try in $(seq 100); do
-        [ "$(chunks_done)" = "$(metric bcd_leases_returned_total)" ] && return
-        sleep 0.1
-    done
+    eventually same_count && return
     echo "$(chunks_done) chunks of jobs that are done, $(metric bcd_leases_returned_total) returned"
     return 1
 }
 
-until_expired() { # LEAST
-    for try in $(seq 400); do
-        [ "$(metric bcd_leases_expired_total)" -ge "$1" ] && return
-        sleep 0.1
-    done
-    return 1
+expired() { # LEAST
+    [ "$(metric bcd_leases_expired_total)" -ge "$1" ]
 }
 
 crowd_ledger() {
@@ -105,7 +101,7 @@ crowd_ledger() {
         test "$(metric bcd_leases_granted_total)" = "$(said .loans)"
     check "each loan came back, vanished, or was told to stop" says \
         '.loans + .doubled == .taken + .again + .unwanted + .refused + .differed + .gone + .stopped'
-    check "who vanished lost the chunk" until_expired "$(said .gone)"
+    check "who vanished lost the chunk" eventually expired "$(said .gone)"
     check "what was run twice was noticed and had the same bits" \
         test "$(metric bcd_leases_again_total)" = "$(said .again)"
     check "what arrived damaged was not taken" says '.refused + .differed == .broken'

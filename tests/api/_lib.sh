@@ -6,7 +6,8 @@
 #   daemon_end SIGNAL            ends it and waits; sets EXIT
 #   ask METHOD PATH [curl ...]   sets STATUS and TYPE; the answer is in $T/body and $T/head
 #   post FILE | post_text JSON   submits a job with ask; sets ID
-#   until_state ID STATE [s]     waits for it (30 s); fails when another final state comes
+#   until_state ID STATE [s]     waits for it (120 s); fails when another final state comes
+#   eventually COMMAND ...       waits until the command succeeds, a minute at most
 #   check TEXT COMMAND ...       one TAP line: does the command succeed?
 #   finish                       the plan; the last command of a script
 set -u
@@ -33,10 +34,9 @@ daemon_start() {
     "$B/bcdd" --listen "$LISTEN" --data "$data" --nice 0 "$@" >"$T/stdout" 2>>"$T/stderr" &
     PID=$!
     URL=
-    tries=0
-    while [ -z "$URL" ] && [ $tries -lt 1000 ] && kill -0 "$PID" 2>/dev/null; do
+    end=$(($(date +%s) + 60))
+    while [ -z "$URL" ] && [ "$(date +%s)" -lt $end ] && kill -0 "$PID" 2>/dev/null; do
         sleep 0.01
-        tries=$((tries + 1))
         URL=$(sed -n '1s/^listening on \(http:\/\/.*:[1-9][0-9]*\)$/\1/p' "$T/stdout")
     done
     [ -n "$URL" ] && return
@@ -55,7 +55,7 @@ daemon_end() {
 ask() {
     method=$1 path=$2
     shift 2
-    STATUS=$(curl -sS -m 20 -X "$method" -o "$T/body" -D "$T/head" -w '%{http_code}' "$@" "$URL$path")
+    STATUS=$(curl -sS -m 60 -X "$method" -o "$T/body" -D "$T/head" -w '%{http_code}' "$@" "$URL$path")
     TYPE=$(tr -d '\r' <"$T/head" | sed -n 's/^[Cc]ontent-[Tt]ype: //p')
 }
 
@@ -70,15 +70,23 @@ post_text() {
 }
 
 until_state() {
-    end=$(($(date +%s) + ${3:-30}))
+    end=$(($(date +%s) + ${3:-120}))
     while :; do
-        now=$(curl -sS -m 5 "$URL/v1/jobs/$1" | jq -r .state)
+        now=$(curl -sS -m 60 "$URL/v1/jobs/$1" | jq -r .state)
         [ "$now" = "$2" ] && return
         case $now in
         done | failed | cancelled) return 1 ;;
         esac
         [ "$(date +%s)" -lt "$end" ] || return 1
         sleep 0.02
+    done
+}
+
+eventually() {
+    given_up=$(($(date +%s) + 60))
+    until "$@"; do
+        [ "$(date +%s)" -lt $given_up ] || return 1
+        sleep 0.05
     done
 }
 
@@ -117,5 +125,6 @@ holds() {
 
 finish() {
     echo "1..$COUNT"
+    [ "$FAILED" -eq 0 ] || [ ! -s "$T/stderr" ] || tail -n 30 "$T/stderr" | sed 's/^/# /'
     [ "$FAILED" -eq 0 ]
 }

@@ -11,7 +11,7 @@ job() { # SEED TIME
     printf '"msd":{"first":0.01,"last":1,"points":10},"density":{"bins":20}}}'
 }
 results() { # ID FILE
-    curl -sSf -m 5 -o "$2" "$URL/v1/jobs/$1/results"
+    curl -sSf -m 60 -o "$2" "$URL/v1/jobs/$1/results"
 }
 backup() { # FILE...: words to $T/said, status in EXIT
     "$B/bcd" backup --data "$T/data" "$@" >"$T/said" 2>"$T/err"
@@ -46,7 +46,7 @@ check "and one file, the owner's" test "$(stat -c %a "$T/copy.sqlite") $(cd "$T"
     "600 copy.sqlite"
 "$B/bcd" sql --csv --file "$T/copy.sqlite" "select count(*), sum(state = 'running') from jobs" >"$T/out"
 check "it can be asked in SQL" test "$(tail -n 1 "$T/out")" = 3,1
-STATUS=$(curl -sS -m 20 -o "$T/sent.sqlite" -D "$T/head" -w '%{http_code}' "$URL/v1/backup")
+STATUS=$(curl -sS -m 60 -o "$T/sent.sqlite" -D "$T/head" -w '%{http_code}' "$URL/v1/backup")
 check "a backup from the server" test "$STATUS" = 200
 check "is one whole database too" test "$(sqlite3 "$T/sent.sqlite" 'pragma integrity_check')" = ok
 check "with all jobs" test "$(sqlite3 "$T/sent.sqlite" 'select count(*) from jobs')" = 3

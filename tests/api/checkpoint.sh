@@ -6,10 +6,10 @@
 . "$(dirname "$0")/_lib.sh"
 
 progress() {
-    curl -sS -m 5 "$URL/v1/jobs/$ID" | jq .progress
+    curl -sS -m 60 "$URL/v1/jobs/$ID" | jq .progress
 }
 metric() {
-    curl -sS -m 5 "$URL/metrics" | sed -n "s/^$1 //p"
+    curl -sS -m 60 "$URL/metrics" | sed -n "s/^$1 //p"
 }
 
 daemon_start "$T/data" --workers 1

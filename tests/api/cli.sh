@@ -114,11 +114,9 @@ if [ -e /dev/full ]; then
     check "a full disk: the cause" says 'No space left'
 fi
 
-# --- signals: timeout sends the signal and hands on the exit status
+# --- signals
 for signal in INT:130 TERM:143; do
-    timeout --preserve-status -k 10 -s "${signal%:*}" 0.5 "$B/bcd" run "$T/long.json" \
-        >"$T/out" 2>"$T/err"
-    EXIT=$?
+    signalled "${signal%:*}" run "$T/long.json"
     check "${signal%:*}: exit status ${signal#*:}" exits "${signal#*:}"
     check "${signal%:*}: no results" silent out
     check "${signal%:*}: says so" says 'bcd: ended by '
@@ -127,7 +125,7 @@ done
 # --- progress, on a terminal only (script makes one)
 if command -v script >/dev/null; then
     terminal() { # OPTION
-        timeout -k 10 60 script -qec "$B/bcd run $1 $T/medium.json >$T/out" /dev/null \
+        timeout -k 10 120 script -qec "$B/bcd run $1 $T/medium.json >$T/out" /dev/null \
             </dev/null >"$T/err"
     }
     terminal ""

@@ -130,11 +130,7 @@ MEDIUM=$(cat "$T/out")
 : >"$T/watched"
 "$B/bcd" watch "$MEDIUM" "$ID" >"$T/watched" 2>"$T/err" &
 watch=$!
-tries=0
-until grep -q "^$MEDIUM running [1-9]" "$T/watched" || [ $tries -ge 500 ]; do
-    sleep 0.01
-    tries=$((tries + 1))
-done
+eventually grep -qE "^$MEDIUM (running [1-9]|done)" "$T/watched"
 check "watch: it runs" grep -q "^$MEDIUM running" "$T/watched"
 daemon_end KILL
 sleep 0.2
@@ -153,9 +149,7 @@ check "watch --json: records" sh -c "[ \$(jq -r .state <'$T/out' | grep -c done)
 bcd submit --force "$T/long.json"
 LONG=$(cat "$T/out")
 for signal in INT:130 TERM:143; do
-    timeout --preserve-status -k 10 -s "${signal%:*}" 0.4 "$B/bcd" watch "$LONG" \
-        >"$T/out" 2>"$T/err"
-    EXIT=$?
+    signalled "${signal%:*}" watch "$LONG"
     check "watch: ${signal%:*}: exit status ${signal#*:}" exits "${signal#*:}"
     check "watch: ${signal%:*}: the job goes on" says 'on the server all goes on'
 done
@@ -163,10 +157,13 @@ done
 # --- a terminal (script makes one)
 if command -v script >/dev/null; then
     terminal() { # ENVIRONMENT COMMAND
-        timeout -k 10 1 script -qec "env TERM=xterm $1 $B/bcd $2" /dev/null </dev/null >"$T/tty" 2>&1
+        timeout -k 10 "${3:-60}" script -qec "env TERM=xterm $1 $B/bcd $2" /dev/null </dev/null >"$T/tty" 2>&1
     }
     escape=$(printf '\033')
-    terminal LC_ALL=C.UTF-8 "watch $LONG"
+    for seconds in 1 5 30; do # until there was time for a picture
+        terminal LC_ALL=C.UTF-8 "watch $LONG" $seconds
+        ! grep -q "running" "$T/tty" || break
+    done
     check "terminal: a bar" grep -q "$LONG.*running.*░.* %" "$T/tty"
     check "terminal: colours" grep -q "$escape\[36mrunning" "$T/tty"
     terminal "LC_ALL=C NO_COLOR=1" "watch $ID"

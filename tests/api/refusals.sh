@@ -15,7 +15,7 @@ refused() { # TEXT WORDS DIR [command before bcdd]
     what=$1 words=$2 dir=$3
     shift 3
     sums "$dir" >"$T/before"
-    timeout 10 "$@" "$B/bcdd" --listen 127.0.0.1:0 --data "$dir" >"$T/out" 2>"$T/err"
+    timeout 60 "$@" "$B/bcdd" --listen 127.0.0.1:0 --data "$dir" >"$T/out" 2>"$T/err"
     EXIT=$?
     check "$what: exit 1" test "$EXIT" = 1
     check "$what: in words" grep -Eq "^bcdd: $dir.*$words" "$T/err"
@@ -50,7 +50,7 @@ copy short
 truncate -s 5000 "$T/short/bcd.sqlite"
 refused "a file that was cut off" "malformed" "$T/short"
 mkdir "$T/folder" "$T/folder/bcd.sqlite"
-timeout 10 "$B/bcdd" --listen 127.0.0.1:0 --data "$T/folder" >"$T/out" 2>"$T/err"
+timeout 60 "$B/bcdd" --listen 127.0.0.1:0 --data "$T/folder" >"$T/out" 2>"$T/err"
 EXIT=$?
 check "a directory in its place: exit 1" test "$EXIT" = 1
 check "a directory in its place: in words" grep -q "^bcdd: $T/folder" "$T/err"
@@ -70,7 +70,7 @@ fi
 
 # ---- a second daemon
 daemon_start "$T/good" --workers 1
-timeout 10 "$B/bcdd" --listen 127.0.0.1:0 --data "$T/good" >"$T/out" 2>"$T/err"
+timeout 60 "$B/bcdd" --listen 127.0.0.1:0 --data "$T/good" >"$T/out" 2>"$T/err"
 EXIT=$?
 check "a second daemon: exit 1" test "$EXIT" = 1
 check "a second daemon: in words" grep -q "^bcdd: $T/good.*another bcdd is using this directory" "$T/err"

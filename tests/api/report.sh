@@ -109,11 +109,7 @@ check "help" prints '.*--full.*'
 # Ended in the middle of a run. A background job of sh ignores SIGINT: SIGTERM it is.
 "$B/bcd" report figures --only gamma10-sigma0.8 --out "$T/cut" >"$T/out" 2>"$T/err" &
 report=$!
-tries=0
-until [ -d "$T/cut" ] || [ $tries -ge 500 ]; do
-    sleep 0.01
-    tries=$((tries + 1))
-done
+eventually test -d "$T/cut"
 sleep 1
 kill -TERM $report
 wait $report

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # A few seconds of everything at once: memory and descriptors stay as they are. soak_long.sh takes
 # minutes.
-# Alone: memory and descriptors are looked at as time goes by.
 . tests/api/_lib.sh
 daemon_start "$T/data" --workers 2 --log changes
 BCD_URL=$URL BCD_PID=$PID BCD_DATA=$T/data BCD_SECONDS=${BCD_SECONDS:-6} node tests/node/soak.mjs

@@ -13,7 +13,7 @@ sweep() { # axes [more]
     SWEEP=$(jq -r '.id // empty' "$T/body")
 }
 until_ended() {
-    end=$(($(date +%s) + 60))
+    end=$(($(date +%s) + 120))
     while [ "$(date +%s)" -lt "$end" ]; do
         ask GET "/v1/sweeps/$SWEEP"
         holds '.progress == 1' && return
@@ -121,7 +121,7 @@ check "nothing failed" holds '.retried == 0'
 printf '{"base":{%s},"axes":{"/time":[1e5,2e5,3e5],"/seed":[1,2]}}' "$base" >"$T/long"
 ask POST /v1/sweeps --data-binary "@$T/long" -H "Idempotency-Key: long"
 SWEEP=$(jq -r .id "$T/body")
-job=$(curl -sS -m 5 "$URL/v1/sweeps/$SWEEP/results/msd" | jq -r '.rows[0].job')
+job=$(curl -sS -m 60 "$URL/v1/sweeps/$SWEEP/results/msd" | jq -r '.rows[0].job')
 until_state "$job" running
 ask DELETE "/v1/sweeps/$SWEEP"
 check "cancelled: what runs and what waits" holds '.states.cancelled == 6 and .cancelled_at != null'

@@ -12,15 +12,15 @@ target='"target":{"observable":"msd","relative_error":0.025},"realizations":400'
 as_run() { # MORE: the last job's results are those of bcd run
     printf '{%s,%s}' "$rods" "$1" >"$T/alone.json"
     "$B/bcd" run -q "$T/alone.json" | jq -S . >"$T/alone"
-    curl -sS -m 5 "$URL/v1/jobs/$ID/results" | jq -S . | cmp - "$T/alone"
+    curl -sS -m 60 "$URL/v1/jobs/$ID/results" | jq -S . | cmp - "$T/alone"
 }
 outcome() {
-    curl -sS -m 5 "$URL/v1/jobs/$ID" >"$T/body"
+    curl -sS -m 60 "$URL/v1/jobs/$ID" >"$T/body"
     holds ".outcome | $1"
 }
 submit() {
     post_text "{$rods,$1}"
-    until_state "$ID" done 60
+    until_state "$ID" done
 }
 
 daemon_start "$T/one" --workers 1
@@ -50,7 +50,7 @@ ask POST '/v1/jobs?force=true' --data-binary "@$T/job"
 ID=$(jq -r .id "$T/body")
 check "by force it is" test "$STATUS" = 202 -a "$ID" != "$second"
 check "as a job of its own" holds '.deduplicated == false'
-check "that ends" until_state "$ID" done 60
+check "that ends" until_state "$ID" done
 check "having run all of it" outcome '.reused_realizations == 0'
 check "with the same results" as_run '"realizations":30'
 third=$ID
@@ -59,7 +59,7 @@ check "and stands for the same job from then on" test "$STATUS $ID" = "200 $thir
 
 # ---- a target
 check "a job with a target" submit "$target"
-found=$(curl -sS -m 5 "$URL/v1/jobs/$ID" | jq .outcome.realizations)
+found=$(curl -sS -m 60 "$URL/v1/jobs/$ID" | jq .outcome.realizations)
 check "is met" outcome '.target.reached and .target.stopped_by == "target"'
 check "by its error bar, time step included" outcome \
     '.target | .relative_error <= 0.025 and .statistical < .relative_error'
@@ -75,7 +75,7 @@ daemon_start "$T/four" --workers 4
 post_text "{$rods,$target}"
 last=0 back=0 kills=0
 while [ $kills -lt 3 ]; do
-    now=$(curl -sS -m 5 "$URL/v1/jobs/$ID" | jq .progress)
+    now=$(curl -sS -m 60 "$URL/v1/jobs/$ID" | jq .progress)
     jq -ne "$now >= $last" >"$T/null" || back=$((back + 1))
     last=$now
     jq -ne "$now > 0.2 * ($kills + 1)" >"$T/null" || continue
@@ -84,7 +84,7 @@ while [ $kills -lt 3 ]; do
     daemon_start "$T/four" --workers 4
 done
 check "progress never went back" test $back = 0
-check "it is done in spite of kills" until_state "$ID" done 60
+check "it is done in spite of kills" until_state "$ID" done
 check "after as many realizations" outcome ".realizations == $found"
 check "with the same results" as_run "\"realizations\":$found"
 finish

@@ -55,7 +55,7 @@ with "$admin" POST /v1/tokens -d '{"owner": "bert", "role": "submitter", "expire
 bert=$(jq -r .token "$T/body")
 with "$bert" GET /v1/me
 check "a token made over HTTP opens at once" status_is 200
-curl -sSN -m 10 -o "$T/stream" -H "Authorization: Bearer $bert" "$URL/v1/events" &
+curl -sSN -m 60 -o "$T/stream" -H "Authorization: Bearer $bert" "$URL/v1/events" &
 STREAM=$!
 ask GET /healthz -H "Host: evil.example"
 check "other names are refused" status_is 421
@@ -76,7 +76,7 @@ check "nor what is refused for being none" sh -c "! grep -q bcd_[a-z] '$T/stderr
 
 # ---- an address that others can reach. This machine has it not, so nothing ever listens there.
 elsewhere() {
-    timeout 10 "$B/bcdd" --listen 192.0.2.1:0 --data "$T/d" >"$T/out" 2>"$T/err"
+    timeout 60 "$B/bcdd" --listen 192.0.2.1:0 --data "$T/d" >"$T/out" 2>"$T/err"
     EXIT=$?
 }
 token list --data "$T/d"

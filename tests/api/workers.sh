@@ -21,8 +21,8 @@ submit() { # FILE
     ID=$(jq -r .id "$T/body")
 }
 ended() { # ID STATE
-    for try in 1 2 3; do
-        as_admin GET "/v1/jobs/$1?wait=15"
+    for try in 1 2 3 4; do
+        as_admin GET "/v1/jobs/$1?wait=50"
         [ "$(jq -r .state "$T/body")" = "$2" ] && return
     done
     return 1
@@ -31,12 +31,8 @@ metric() {
     as_admin GET /metrics
     awk -v name="$1" '$1 == name { print $2 }' "$T/body"
 }
-until_metric() { # NAME LEAST
-    for try in $(seq 100); do
-        [ "$(metric "$1")" -ge "$2" ] && return
-        sleep 0.1
-    done
-    return 1
+at_least() { # METRIC LEAST
+    [ "$(metric "$1")" -ge "$2" ]
 }
 same_bits() { # ID FILE
     as_admin GET "/v1/jobs/$1/results"
@@ -85,14 +81,14 @@ check "what they used is their owner's" sh -c "
 job 2 800 8 >"$T/second"
 submit "$T/second"
 second=$ID
-check "three have a chunk" until_metric bcd_leases_held 3
+check "three have a chunk" eventually at_least bcd_leases_held 3
 sleep 0.5
 check "told to end one ends" kill_one_end_another
 worker
 daemon_end KILL
 LISTEN=127.0.0.1:${URL##*:}
 start
-check "the daemon was killed; workers went on" until_metric bcd_leases_held 1
+check "the daemon was killed; workers went on" eventually at_least bcd_leases_held 1
 check "the job is done" ended "$second" done
 check "with the bits of one machine" same_bits "$second" "$T/second"
 check "no result differed" test "$(metric bcd_leases_differed_total)" = 0
@@ -102,12 +98,12 @@ worker
 job 3 100000 8 >"$T/third"
 submit "$T/third"
 third=$ID
-check "another is under way" until_metric bcd_leases_held 3
+check "another is under way" eventually at_least bcd_leases_held 3
 kill -9 "$LAST"
-check "who is not heard of any more loses it" until_metric bcd_leases_expired_total 1
+check "who is not heard of any more loses it" eventually at_least bcd_leases_expired_total 1
 check "which is in the log" grep -q 'event=lease_expired job=j' "$T/stderr"
 worker
-check "another takes it" until_metric bcd_leases_held 3
+check "another takes it" eventually at_least bcd_leases_held 3
 as_admin DELETE "/v1/jobs/$third"
 job 4 2 8 >"$T/fourth"
 submit "$T/fourth"

@@ -10,7 +10,7 @@ const build = process.env.B ?? 'build';
 
 // Debian's wrapper script is passed over where the program itself is known.
 export async function openBrowser() {
-  return chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: [
+  return chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', timeout: 120000, args: [
     '--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync'] });
 }
@@ -22,7 +22,7 @@ export async function openTab(browser, { theme = 'light', width = 1200, home = u
   const context = await browser.newContext({ colorScheme: theme, viewport: { width, height: 900 },
                                              acceptDownloads: true });
   const tab = await context.newPage();
-  tab.setDefaultTimeout(30000);
+  tab.setDefaultTimeout(60000);
   const faults = [];
   tab.on('pageerror', (error) => faults.push(String(error.stack ?? error)));
   tab.on('console', (line) => {

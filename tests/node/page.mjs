@@ -16,7 +16,7 @@ const rods = { particles: 40, length: 50, diameter: 0.5, label: 'rods in wells',
                observables: { msd: { first: 0.01, last: 0.5, points: 10 }, density: { bins: 20 },
                               cluster_sizes: { gap: 0.1 }, energy: {}, trajectory: { every: 0.05 } } };
 const submit = async (job) => (await ask('POST', '/v1/jobs', { body: JSON.stringify(job) })).json;
-const done = async (id) => (await ask('GET', `/v1/jobs/${id}?wait=15`)).json;
+const done = async (id) => (await ask('GET', `/v1/jobs/${id}?wait=60`)).json;
 
 await test('the page weighs less than 200 kB, and half of that as it is sent', async () => {
   let sent = 0, whole = 0;
@@ -43,7 +43,7 @@ await test('a job is watched in the queue as it goes on, and cancelled', async (
   const before = await row.locator('progress').getAttribute('value');
   await tab.waitForFunction(([id, old]) => document.querySelector(`tr[data-id=${id}] progress`)?.value > old,
                             [long.id, Number(before)]);
-  expect((await tab.locator('[data-state=running] b').textContent()) === '1', 'counts');
+  await tab.locator('[data-state=running] b').getByText('1', { exact: true }).waitFor(); // counts
   await row.getByRole('button', { name: 'Cancel' }).click();
   await row.getByText('cancelled').waitFor();
   expect((await done(long.id)).state === 'cancelled');

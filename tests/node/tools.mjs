@@ -100,7 +100,7 @@ export function ask(method, path, { body, headers = {} } = {}) {
         setTimeout(() => { done(); request.destroy(); }, 100);
     });
     request.on('error', reject);
-    request.setTimeout(long ? 120000 : 20000, () => request.destroy(new Error(`no answer: ${method} ${path}`)));
+    request.setTimeout(long ? 120000 : 70000, () => request.destroy(new Error(`no answer: ${method} ${path}`)));
     request.end(bytes);
   });
 }

@@ -12,7 +12,7 @@ count=0
 expect() {
     count=$((count + 1))
     cat >"$work/tests/fake/t.sh"
-    TEST_LIMIT=1 B=build sh "$work/tests/run.sh" "${4:-check}" >"$work/out" 2>&1
+    TEST_LIMIT=${5:-60} B=build sh "$work/tests/run.sh" "${4:-check}" >"$work/out" 2>&1
     status=$?
     last=$(tail -n 1 "$work/out")
     if [ "$last" = "$2" ] && [ "$status" -eq "$3" ]; then
@@ -23,7 +23,7 @@ expect() {
     fi
 }
 
-echo 1..14
+echo 1..15
 expect "all passed" "2 passed, 0 failed" 0 <<'T'
 echo 1..2; echo "ok 1 - a"; echo "ok 2 - b"
 T
@@ -53,7 +53,7 @@ T
 expect "an exit status of its own" "1 passed, 1 failed" 1 <<'T'
 echo 1..1; echo "ok 1 - a"; exit 3
 T
-expect "the time limit" "1 passed, 1 failed" 1 <<'T'
+expect "the time limit" "1 passed, 1 failed" 1 check 2 <<'T'
 echo 1..1; echo "ok 1 - a"; sleep 30
 T
 touch "$work/tests/fake/test_absent.c"
@@ -67,6 +67,16 @@ echo 'echo 1..1; echo "ok 1 - a"' >"$work/tests/fake/_shared.sh"
 expect "nothing passed is no success" "0 passed, 0 failed" 1 <<'T'
 echo 1..1; echo "ok 1 - not here # SKIP no such thing"
 T
+rm "$work"/tests/fake/*
+printf '%s\n' '# Waits: for the other.' 'echo 1..1' \
+    "i=0; until [ -e $work/beside ] || [ \$i -gt 300 ]; do sleep 0.1; i=\$((i + 1)); done" \
+    "[ -e $work/beside ] && echo 'ok 1' || echo 'not ok 1'" >"$work/tests/fake/first_by_name.sh"
+TEST_JOBS=1
+export TEST_JOBS
+expect "what waits does so beside the others" "2 passed, 0 failed" 0 <<T
+touch $work/beside; echo 1..1; echo "ok 1 - a"
+T
+unset TEST_JOBS
 rm "$work"/tests/fake/*
 printf '%s\n' '# Alone: it sees whether the others have ended.' 'echo 1..1' \
     "[ -e $work/ended ] && echo 'ok 1' || echo 'not ok 1'" >"$work/tests/fake/first_by_name.sh"
