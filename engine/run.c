@@ -78,11 +78,11 @@ static void add_observer(struct bcd_run *run, const struct scene_part *part,
     *o = (struct observer){.type = type, .par = par, .plan = plan, .first = first};
     o->view = type->mid_drift ? VIEW_MID_DRIFT : VIEW_MID_NOISE;
     o->count = type->count(par, plan);
-    const size_t before = run->kept.used;
-    o->memory = arena_take(&run->kept, type->memory(par, plan));
+    const size_t before = run->kept.used, size = type->memory(par, plan);
+    o->memory = arena_take(&run->kept, size);
     run->apart[run->observer_count++] = run->kept.used - before;
     for (int64_t lane = 1; lane < run->lanes && !alone; lane++)
-        arena_take(&run->kept, type->memory(par, plan));
+        arena_take(&run->kept, size);
 }
 
 /* The number of values of a sample, second sections included. */

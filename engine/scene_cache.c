@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ENTRIES = 1024, PLACES = 4096, TILE = 256 };
+enum { SETS = 128, WAYS = 8, ENTRIES = SETS * WAYS, PLACES = 4096, TILE = 256 };
 
 /* Values of a completed part, freed by the last that holds them. */
 struct shared_part {
@@ -31,7 +31,9 @@ struct entry {
 };
 
 struct bcd_scene_cache {
-    struct entry potentials[ENTRIES], interactions[ENTRIES]; /* by hash, the newer one stays */
+    /* By hash into sets; in each the newest first, and the oldest makes way. An axis of a few
+     * hundred values, walked through again and again, finds all of them. */
+    struct entry potentials[ENTRIES], interactions[ENTRIES];
 };
 
 /* ------------------------------------------------------------------ sharing */
@@ -118,11 +120,12 @@ static struct geometry geometry_of(const struct bcd_scene *scene, enum bcd_slot 
     return geometry;
 }
 
-static struct entry *entry_for(struct bcd_scene_cache *cache, const struct scene_part *part,
-                               const struct geometry *geometry)
+/* The first of the WAYS entries that a part may be in. */
+static struct entry *set_for(struct bcd_scene_cache *cache, const struct scene_part *part,
+                             const struct geometry *geometry)
 {
     uint64_t hash = blob_hash(geometry, sizeof *geometry, group_hash(&part->group));
-    size_t at = (size_t)((hash ^ hash >> 32) % ENTRIES);
+    size_t at = (size_t)((hash ^ hash >> 32) % SETS) * WAYS;
     return part->slot == BCD_SLOT_POTENTIAL ? &cache->potentials[at] : &cache->interactions[at];
 }
 
@@ -149,14 +152,17 @@ static struct entry *entry_of(struct bcd_scene_cache *cache, const struct bcd_sc
     if (!cache || !part || !part->shared)
         return NULL;
     struct geometry geometry = geometry_of(scene, slot);
-    struct entry *entry = entry_for(cache, part, &geometry);
-    return entry->part == part->shared ? entry : NULL;
+    struct entry *set = set_for(cache, part, &geometry);
+    for (int i = 0; i < WAYS; i++)
+        if (set[i].part == part->shared)
+            return &set[i];
+    return NULL;
 }
 
 /* --------------------------------------------------------------- completion */
 
 /* The scene's part becomes one to be shared, known to the cache; left alone without memory. */
-static void keep(struct entry *entry, const struct bcd_scene *scene, struct scene_part *part,
+static void keep(struct entry *set, const struct bcd_scene *scene, struct scene_part *part,
                  const struct geometry *geometry)
 {
     struct shared_part *shared = malloc(sizeof *shared);
@@ -165,9 +171,10 @@ static void keep(struct entry *entry, const struct bcd_scene *scene, struct scen
     *shared = (struct shared_part){.type = type_of(part), .group = part->group};
     atomic_init(&shared->holders, 2);
     part->shared = shared;
-    drop(entry->part);
-    drop(entry->field);
-    *entry = (struct entry){.part = shared,
+    drop(set[WAYS - 1].part);
+    drop(set[WAYS - 1].field);
+    memmove(set + 1, set, (WAYS - 1) * sizeof *set);
+    set[0] = (struct entry){.part = shared,
                             .field = hold(field_of(scene, part)),
                             .geometry = *geometry,
                             .stiffness = NAN};
@@ -181,18 +188,20 @@ void scene_cache_complete(struct bcd_scene_cache *cache, struct bcd_scene *scene
     const struct scene_part *field = part_in(scene, BCD_SLOT_POTENTIAL);
     /* Beside a field that is not known itself, an interaction is no one's to find again. */
     bool known = cache && !(part->slot == BCD_SLOT_INTERACTION && field && !field->shared);
-    struct entry *entry = known ? entry_for(cache, part, &geometry) : NULL;
-    if (entry && holds(entry, scene, part, &geometry)) {
+    struct entry *set = known ? set_for(cache, part, &geometry) : NULL;
+    for (int i = 0; set && i < WAYS; i++) {
+        if (!holds(&set[i], scene, part, &geometry))
+            continue;
         group_free(&part->group);
-        part->shared = hold(entry->part);
-        part->group.values = entry->part->group.values;
+        part->shared = hold(set[i].part);
+        part->group.values = set[i].part->group.values;
         return;
     }
     size_t before = errors->count + errors->dropped;
     if (type->complete)
         type->complete(&part->group, &scene->plan, errors);
-    if (entry && errors->count + errors->dropped == before)
-        keep(entry, scene, part, &geometry);
+    if (set && errors->count + errors->dropped == before)
+        keep(set, scene, part, &geometry);
 }
 
 /* -------------------------------------------------------------------- looks */

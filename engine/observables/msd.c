@@ -65,7 +65,7 @@ static const struct bcd_param msd_params[] = {
 
 /* The lags in ticks, rising (0: no whole number of ticks), with the stride of their origins and the
  * blocks that one sample gathers; configurations kept per stride. A pure function of parameters
- * and plan. */
+ * and plan; what is past count and strides is not set. */
 struct msd_lags {
     int64_t count, strides;
     int64_t lag[POINTS_MAX], gather[POINTS_MAX];
@@ -151,7 +151,7 @@ static int64_t shortest_stride(const struct msd_lags *lags, const struct plan *p
 
 static void find_lags(const struct msd_par *par, const struct plan *plan, struct msd_lags *lags)
 {
-    memset(lags, 0, sizeof *lags);
+    lags->strides = lags->total_slots = 0;
     spread_lags(par, plan->fine, lags);
     int64_t ticks = plan_ticks_per_step(plan), block = plan_block_end(plan->fine, 0);
     for (int64_t k = 0; k < lags->count; k++) {
@@ -168,6 +168,7 @@ static void find_lags(const struct msd_par *par, const struct plan *plan, struct
             stride = lags->stride[lags->strides - 1];
         if (lags->strides == 0 || lags->stride[lags->strides - 1] != stride) {
             assert(lags->strides < STRIDES_MAX);
+            lags->slots[lags->strides] = 0;
             lags->stride[lags->strides++] = stride;
         }
         lags->level[k] = (int)(lags->strides - 1);

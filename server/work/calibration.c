@@ -183,15 +183,23 @@ void calibration_estimate(struct calibration *calibration, const struct bcd_scen
                           struct bcd_estimate *estimate)
 {
     struct bcd_theory_cost theory;
-    double run = 1, exact = 1;
 
-    if (calibration) {
-        run = calibration_factor(calibration, calibration_method(scene), NULL);
-        exact = calibration_factor(calibration, CALIBRATION_THEORY, NULL);
-    }
     bcd_scene_estimate(scene, estimate);
     bcd_theory_estimate(scene, BCD_THEORY_RING, LIMIT_THEORY_SECONDS_MAX, &theory);
-    estimate->theory_seconds = exact * theory.seconds;
-    estimate->core_seconds = run * estimate->core_seconds + estimate->theory_seconds;
+    estimate->theory_seconds = theory.seconds;
+    estimate->core_seconds += theory.seconds;
     estimate->run_bytes = fmax(estimate->run_bytes, theory.bytes);
+    if (calibration)
+        calibration_apply(calibration, scene, estimate);
+}
+
+void calibration_apply(struct calibration *calibration, const struct bcd_scene *scene,
+                       struct bcd_estimate *estimate)
+{
+    double run = calibration_factor(calibration, calibration_method(scene), NULL);
+    double exact = calibration_factor(calibration, CALIBRATION_THEORY, NULL);
+    double run_seconds = estimate->core_seconds - estimate->theory_seconds;
+
+    estimate->theory_seconds *= exact;
+    estimate->core_seconds = run * run_seconds + estimate->theory_seconds;
 }

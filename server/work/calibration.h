@@ -42,6 +42,10 @@ void calibration_note(struct calibration *calibration, const char *method, doubl
 void calibration_estimate(struct calibration *calibration, const struct bcd_scene *scene,
                           struct bcd_estimate *estimate);
 
+/* Makes a nominal one that of this machine. */
+void calibration_apply(struct calibration *calibration, const struct bcd_scene *scene,
+                       struct bcd_estimate *estimate);
+
 /* Real over nominal time; *measured_seconds (may be NULL) = core seconds this is known from. */
 double calibration_factor(struct calibration *calibration, const char *method,
                           double *measured_seconds);

@@ -277,7 +277,7 @@ static enum bcd_status make_job(struct builder *builder, struct job_new *job)
     enum bcd_status status = sweep_faults_point(&look, &scene, &estimate, &faults);
     if (status != BCD_OK)
         goto cleanup;
-    calibration_estimate(queue_calibration(queue), scene, &estimate);
+    calibration_apply(queue_calibration(queue), scene, &estimate);
     double without_theory = estimate.core_seconds - estimate.theory_seconds;
     if (shares_theory(builder, scene))
         estimate.core_seconds = without_theory;

@@ -365,6 +365,18 @@ static void test_number_text(void **state)
         snprintf(plain, sizeof plain, "%.15g", v);
         assert_string_equal(out, plain);
     }
+    /* So do those of 15 to 17 that need no exponent. */
+    for (int i = 0; i < 100000; i++) {
+        char plain[JSON_NUMBER_SIZE];
+        bits ^= bits << 13, bits ^= bits >> 7, bits ^= bits << 17;
+        double v = ldexp((double)(bits >> 11), -53 - i % 13) * (i % 3 ? 1e8 : 1);
+        if (v < 1e-4 || v >= 1e9)
+            continue;
+        for (int digits = 15; digits == 15 || strtod(plain, NULL) != v; digits++)
+            snprintf(plain, sizeof plain, "%.*g", digits, v);
+        json_number_print(out, v);
+        assert_string_equal(out, plain);
+    }
     /* In a locale with a decimal comma, when there is one. */
     if (setlocale(LC_NUMERIC, "de_DE.UTF-8") || setlocale(LC_NUMERIC, "fr_FR.UTF-8")) {
         json_number_print(out, 1.5e-7);

@@ -67,18 +67,14 @@ static void reset_peak(void)
     fclose(file);
 }
 
-static void largest_sweep(void **state)
+/* Keeps a sweep of 10^5 points and cancels it. */
+static void keep_largest(struct desk *f, const char *body)
 {
-    struct desk *f = *state;
     char path[64];
     malloc_trim(0);
     reset_peak();
     double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID), before = memory("VmRSS");
-    assert_int_equal(ask_timed(f, "POST", "/v1/sweeps",
-                               "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
-                               "\"points\":100},\"/potential/amplitude\":{\"from\":0.1,\"to\":10,"
-                               "\"points\":100},\"/seed\":{\"first\":1,\"count\":10}}}"),
-                     202);
+    assert_int_equal(ask_timed(f, "POST", "/v1/sweeps", body), 202);
     assert_true(seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu < 30);
     print_message("10^5 points: %.1f MB more memory\n", 1e-6 * (memory("VmHWM") - before));
     assert_non_null(strstr(f->reply.body, "\"jobs\":100000,\"states\":{\"queued\":100000,"));
@@ -87,6 +83,21 @@ static void largest_sweep(void **state)
     assert_int_equal(ask_timed(f, "GET", path, NULL), 200);
     assert_int_equal(ask_timed(f, "DELETE", path, NULL), 200);
     assert_non_null(strstr(f->reply.body, "\"cancelled\":100000}"));
+}
+
+static void largest_sweep(void **state)
+{
+    keep_largest(*state, "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
+                         "\"points\":100},\"/potential/amplitude\":{\"from\":0.1,\"to\":10,"
+                         "\"points\":100},\"/seed\":{\"first\":1,\"count\":10}}}");
+}
+
+/* Each point is another scene. */
+static void largest_without_seeds(void **state)
+{
+    keep_largest(*state, "{\"base\":" BASE ",\"axes\":{\"/diameter\":{\"from\":0.01,\"to\":1,"
+                         "\"points\":250},\"/potential/amplitude\":{\"from\":0.1,\"to\":10,"
+                         "\"points\":400}}}");
 }
 
 /* The table of a real job, by the engine's own hands. */
@@ -174,6 +185,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         DESK_TEST(largest_sweep),
+        DESK_TEST(largest_without_seeds),
         DESK_TEST(many_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
