@@ -197,6 +197,7 @@ install: all
 	install -D -m 644 deploy/OPERATING.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/OPERATING.md
 	install -D -m 644 deploy/changelog.md $(DESTDIR)$(PREFIX)/share/doc/bcdd/changelog.md
 	install -D -m 644 deploy/slurm.conf.example $(DESTDIR)$(PREFIX)/share/doc/bcdd/examples/slurm.conf.example
+	install -D -m 644 deploy/bcdd-slurm.conf $(DESTDIR)$(PREFIX)/share/doc/bcdd/examples/bcdd-slurm.conf
 	install -D -m 644 deploy/nginx.conf $(DESTDIR)$(PREFIX)/share/doc/bcdd/examples/nginx.conf
 deb: all
 	sh deploy/install-packages.sh deb

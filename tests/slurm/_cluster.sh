@@ -3,8 +3,9 @@
 # _cluster.sh - a Slurm of the test's own: munged with its own key, slurmctld and as many slurmd on
 # loopback, without cgroups or accounting. Root only. Read with `.`:
 #
-#   cluster_possible           false, with the reason in CLUSTER_REASON, where it cannot be started
-#   cluster_start DIR NODES    until all nodes are idle; SLURM_CONF is exported
+#   cluster_possible           false, with the reason in CLUSTER_REASON, where it cannot be tried
+#   cluster_start DIR NODES    until all nodes are idle; SLURM_CONF is exported. False, with the
+#                              reason, where its programs do not run: no privileges, no loopback
 #   cluster_daemon NAME        (re)starts munged, slurmctld or nK
 #   cluster_kill NAME SIGNAL
 #   cluster_dies NODE          kill -9 of a node with all that runs on it
@@ -23,7 +24,12 @@ cluster_start() {
     mkdir -p "$CLUSTER/state"
     chmod 755 "$CLUSTER"
     ports=$(node -e 'const n = require("net"), s = Array.from({length: +process.argv[1] + 1}, () => n.createServer().listen(0, "127.0.0.1"));
-        setTimeout(() => { console.log(s.map((x) => x.address().port).join(" ")); process.exit() }, 50)' "$NODES")
+        s.at(-1).on("listening", () => n.connect(s[0].address().port, "127.0.0.1").on("connect", () => {
+            console.log(s.map((x) => x.address().port).join(" ")); process.exit() }))' "$NODES" 2>"$CLUSTER/ports")
+    [ -n "$ports" ] || {
+        CLUSTER_REASON="nothing can be reached on 127.0.0.1"
+        return 1
+    }
     dd if=/dev/urandom of="$CLUSTER/key" bs=128 count=1 2>"$CLUSTER/dd"
     chmod 400 "$CLUSTER/key"
     host=$(hostname -s)
@@ -69,41 +75,51 @@ CONF
     } >"$CLUSTER/slurm.conf"
     SLURM_CONF=$CLUSTER/slurm.conf
     export SLURM_CONF
-    cluster_daemon munged
+    cluster_daemon munged || {
+        CLUSTER_REASON="munged does not start: $(tail -n 1 "$CLUSTER/munged.err")"
+        return 1
+    }
     cluster_daemon slurmctld
     for i in $(seq "$NODES"); do
         cluster_daemon "n$i"
     done
-    for try in $(seq 300); do
-        [ "$(timeout 20 sinfo -h -N -o %T 2>/dev/null | grep -c '^idle')" = "$NODES" ] && return
+    end=$(($(date +%s) + 120))
+    while [ "$(timeout 20 sinfo -h -N -o %T 2>"$CLUSTER/sinfo" | grep -c '^idle')" != "$NODES" ]; do
+        CLUSTER_REASON="nodes do not come up: $(grep -h -i -e error -e fatal "$CLUSTER"/*.err | tail -n 1)"
+        [ "$(date +%s)" -lt "$end" ] && [ ! -e "$CLUSTER/gave_up" ] || return 1
         sleep 0.2
     done
-    tail -n 5 "$CLUSTER"/*.log "$CLUSTER"/*.err
-    return 1
 }
-# One that was just killed may still have its port: it is started until it stays.
+# One that was just killed may still have its port: what ends by a fault of its own is started again.
 cluster_daemon() {
     case $1 in
     munged)
         munged --force --key-file="$CLUSTER/key" --socket="$CLUSTER/munge.socket" \
-            --pid-file="$CLUSTER/munged.pid" --log-file="$CLUSTER/munged.log" --seed-file="$CLUSTER/seed" \
-            2>>"$CLUSTER/munged.err"
+            --pid-file="$CLUSTER/munged.process" --log-file="$CLUSTER/munged.log" --seed-file="$CLUSTER/seed" \
+            >"$CLUSTER/munged.err" 2>&1
         return
         ;;
-    slurmctld) set -- slurmctld slurmctld ;;
-    *) set -- "$1" slurmd -N "$1" ;;
+    slurmctld) set -- slurmctld slurmctld -D ;;
+    *) set -- "$1" slurmd -D -N "$1" ;;
     esac
     name=$1
     shift
-    for try in $(seq 20); do
-        "$@" 2>>"$CLUSTER/$name.err"
-        sleep 0.3
-        kill -0 "$(cat "$CLUSTER/$name.pid")" 2>/dev/null && return
-    done
-    return 1
+    (
+        trap - EXIT INT TERM
+        for try in $(seq 12); do
+            [ ! -e "$CLUSTER/stops" ] || exit 0
+            "$@" &
+            echo $! >"$CLUSTER/$name.process"
+            wait $!
+            code=$?
+            [ $code -ne 0 ] && [ $code -lt 128 ] || exit 0
+            sleep 0.3
+        done
+        touch "$CLUSTER/gave_up"
+    ) >>"$CLUSTER/$name.err" 2>&1 &
 }
 cluster_kill() { # NAME SIGNAL
-    kill "-$2" "$(cat "$CLUSTER/$1.pid" 2>/dev/null)" 2>/dev/null
+    kill "-$2" "$(cat "$CLUSTER/$1.process" 2>/dev/null)" 2>/dev/null
 }
 # Its slurmd, and workers with their slurmstepd: those that were started with what is below DIR.
 cluster_dies() {
@@ -117,11 +133,17 @@ cluster_dies() {
     return 0
 }
 cluster_stop() {
-    for i in $(seq "$NODES"); do
-        cluster_kill "n$i" TERM
+    touch "$CLUSTER/stops"
+    for signal in TERM KILL; do
+        for daemon in $(seq -f n%g "$NODES") slurmctld munged; do
+            cluster_kill "$daemon" $signal
+        done
+        sleep 0.5
     done
-    cluster_kill slurmctld TERM
-    sleep 0.5
-    cluster_kill slurmctld KILL
-    cluster_kill munged TERM
+    # Those that slurmd began.
+    for environment in $(grep -lz "^SLURM_CONF=$SLURM_CONF$" /proc/[0-9]*/environ 2>/dev/null); do
+        process=${environment%/environ}
+        kill -9 "${process#/proc/}" 2>/dev/null
+    done
+    return 0
 }

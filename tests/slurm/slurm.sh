@@ -9,23 +9,29 @@
 . tests/api/_lib.sh
 . tests/slurm/_cluster.sh
 NODES=${NODES:-3} POINTS=${POINTS:-200}
-if ! cluster_possible; then
+MAX_ARRAY_SIZE=4
+skip() {
     echo "1..1"
-    echo "ok 1 - # SKIP $CLUSTER_REASON"
+    echo "ok 1 - # SKIP Slurm: $CLUSTER_REASON"
     exit 0
-fi
+}
+cluster_possible || skip
 LOCAL=
 cleanup() {
     for pid in $PID $LOCAL; do
         kill -9 "$pid" 2>/dev/null
     done
-    timeout 20 scancel --signal=KILL --full --name=bcdd-test 2>/dev/null
-    timeout 20 scancel --name=bcdd-test 2>/dev/null
-    sleep 0.5
-    for i in $(seq "$NODES"); do
-        cluster_dies "n$i"
-    done
-    cluster_stop
+    [ -z "${CLUSTER_UP:-}" ] || {
+        timeout 20 scancel --signal=KILL --full --name=bcdd-test
+        timeout 20 scancel --name=bcdd-test
+        sleep 0.5
+    } 2>"$T/said"
+    [ -z "${CLUSTER:-}" ] || {
+        for i in $(seq "$NODES"); do
+            cluster_dies "n$i"
+        done
+        cluster_stop
+    }
     rm -rf "$T"
 }
 
@@ -62,6 +68,10 @@ job_is() { # STATE
     as_admin GET "/v1/jobs/$ID"
     [ "$(jq -r .state "$T/body")" = "$1" ]
 }
+moves() {
+    as_admin GET "/v1/jobs/$ID"
+    jq -e '.progress > 0' "$T/body" >"$T/said"
+}
 holds_leases() { # HOW_MANY
     [ "$(metric bcd_leases_held)" = "$1" ]
 }
@@ -83,8 +93,8 @@ same_bits() {
     "$B/bcd" run --quiet "$T/job" | jq -S . | cmp - "$T/theirs"
 }
 
-MAX_ARRAY_SIZE=4
-check "a cluster of $NODES nodes" cluster_start "$T/cluster" "$NODES"
+cluster_start "$T/cluster" "$NODES" || skip
+CLUSTER_UP=yes
 ADMIN=$("$B/bcdd" token create --data "$T/data" --owner root --role admin 2>"$T/said")
 "$B/bcdd" token create --data "$T/data" --owner cluster --role worker >"$T/token" 2>"$T/said"
 chmod 600 "$T/token"
@@ -170,8 +180,8 @@ check "cancelled, its worker lets go of it" soon 60 holds_leases 0
 check "and ends" soon 90 no_pilots
 
 # ---- the end of a worker's time: SIGTERM to the batch script, a minute before
-submit 99 "${TERM_TIME:-20000}"
-check "another is under way" soon 90 holds_leases 1
+submit 99 "${TERM_TIME:-10000}"
+check "another is under way" soon 90 moves # its worker has it, and has said so
 granted=$(metric bcd_leases_granted_total) expired=$(metric bcd_leases_expired_total)
 timeout 20 squeue -h -r -t R --name=bcdd-test -o '%i %N' >"$T/pilots" # Slurm takes dead ones for running
 [ "$NODES" -eq 1 ] || sed -i "/ n$NODES\$/d" "$T/pilots"
