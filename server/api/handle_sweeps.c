@@ -8,6 +8,7 @@
 #include "limits.h"
 #include "reply.h"
 #include "request_check.h"
+#include "scene_json.h"
 #include "sweep_make.h"
 #include "sweep_print.h"
 
@@ -111,20 +112,32 @@ void handle_sweeps_extend(const struct service *service, const struct call *call
     sweep_record_fini(&record);
 }
 
+/* A job of an earlier version under this one. */
+static bool renew(void *context, const char *text, struct job_new *job)
+{
+    struct bcd_errors errors = {0};
+    struct bcd_estimate estimate;
+    struct bcd_scene *scene = NULL;
+    if (scene_json_complete(text, strlen(text), NULL, &scene, &errors) != BCD_OK)
+        return false;
+    calibration_estimate(queue_calibration(context), scene, &estimate);
+    bool made = job_admit_fill(scene, &estimate, job);
+    bcd_scene_free(scene);
+    return made;
+}
+
 void handle_sweeps_retry(const struct service *service, const struct call *call,
                          struct reply *reply)
 {
     struct sweep_record record = {0};
-    struct quota_need need = {{0}};
-    int64_t count = 0;
+    struct sweep_retry retry = {.by = &call->identity, .renew = renew, .context = service->queue};
     if (!find_own(service, call, &record, reply))
         return;
-    enum store_status status =
-        store_sweeps_retry(service->store, record.id, &call->identity, &count, &need);
-    if (status == STORE_OK && count > 0)
+    enum store_status status = store_sweeps_retry(service->store, record.id, &retry);
+    if (status == STORE_OK && retry.count > 0)
         queue_take(service->queue, record.ticket.owner);
     if (status == STORE_QUOTA)
-        job_request_over_quota(service, record.ticket.owner, &need, reply);
+        job_request_over_quota(service, record.ticket.owner, &retry.need, reply);
     sweep_record_fini(&record);
     if (status == STORE_QUOTA)
         return;
@@ -132,7 +145,7 @@ void handle_sweeps_retry(const struct service *service, const struct call *call,
         status = store_sweeps_get(service->store, call->arg[0], &record);
     if (status == STORE_OK)
         answer(reply, &(const struct sweep_view){
-                          .record = &record, .origin = SWEEP_RETRIED, .retried = count});
+                          .record = &record, .origin = SWEEP_RETRIED, .retried = retry.count});
     else if (status == STORE_CONFLICT)
         reply_problem(reply, PROBLEM_STATE, "sweep %s was cancelled", call->arg[0]);
     else

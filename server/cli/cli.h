@@ -122,9 +122,11 @@ bool cli_parse_integer(const char *text, int64_t min, int64_t max, int64_t *valu
  * NULL with words on stderr. */
 char *cli_read_file(const char *path, size_t *size);
 
-/* Reads and completes the job in a file ("-" = stdin); its faults go to stderr, one a line. CLI_OK
- * and a scene that the caller frees, or CLI_FAILED. */
+/* Reads, completes and prepares the job in a file ("-" = stdin); its faults go to stderr, one a
+ * line. CLI_OK and a scene that the caller frees, or CLI_FAILED. */
 int cli_load_job(const char *path, struct bcd_scene **scene);
+/* The same where preparing it may not take longer than starting it may take the service. */
+int cli_check_job(const char *path, struct bcd_scene **scene);
 
 /* Text from elsewhere: control characters must not reach a terminal. */
 void cli_put_clean(FILE *out, const char *text);

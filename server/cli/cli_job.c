@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+static int load_job(const char *path, struct bcd_watch *watch, struct bcd_scene **out);
 static void print_faults(const char *path, const struct bcd_errors *errors);
 
 int cli_wrong(const struct cli_command *command, const char *format, ...)
@@ -47,15 +48,34 @@ bool cli_parse_integer(const char *text, int64_t min, int64_t max, int64_t *valu
 
 int cli_load_job(const char *path, struct bcd_scene **scene)
 {
+    return load_job(path, NULL, scene);
+}
+
+int cli_check_job(const char *path, struct bcd_scene **scene)
+{
+    struct bcd_watch watch = {.seconds_max = LIMIT_START_SECONDS_MAX};
+    return load_job(path, &watch, scene);
+}
+
+static int load_job(const char *path, struct bcd_watch *watch, struct bcd_scene **out)
+{
     struct bcd_errors errors = {0};
+    struct bcd_scene *scene = NULL;
+    struct ticket ticket = {0};
     size_t size;
     char *text = cli_read_file(path, &size);
     if (!text)
         return CLI_FAILED;
-    enum bcd_status status = scene_json_parse(text, size, scene, &errors);
+    enum bcd_status status = scene_json_complete_ticket(text, size, &scene, &ticket, &errors);
     free(text);
+    ticket_fini(&ticket);
     if (status == BCD_OK)
+        status = bcd_scene_prepare(scene, watch, &errors);
+    if (status == BCD_OK) {
+        *out = scene;
         return CLI_OK;
+    }
+    bcd_scene_free(scene);
     if (errors.count > 0)
         print_faults(path, &errors);
     else

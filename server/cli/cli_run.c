@@ -82,7 +82,7 @@ static char *checked(const struct bcd_scene *scene)
 static int check(const struct cli_line *line)
 {
     struct bcd_scene *scene = NULL;
-    int status = cli_load_job(line->operand[0], &scene);
+    int status = cli_check_job(line->operand[0], &scene);
     if (status != CLI_OK)
         return status;
     char *text = cli_given(line, "encoding") ? encoding_of(scene) : checked(scene);

@@ -20,6 +20,9 @@ enum job_state { JOB_QUEUED, JOB_RUNNING, JOB_DONE, JOB_FAILED, JOB_CANCELLED, J
 const char *job_state_name(enum job_state state); /* "queued", ... */
 bool job_state_parse(const char *name, enum job_state *state);
 
+/* Begins the reason of a failure: its hash is another one now. */
+#define JOB_OUTDATED "accepted by a version whose results differ"
+
 enum { JOB_ID_SIZE = 24, JOB_HASH_SIZE = 32 };
 
 /* A row as users see it. Times are milliseconds since 1970 UTC, 0 = not yet. The texts are JSON

@@ -305,8 +305,22 @@ static enum store_status failed_jobs(sqlite3 *db, int64_t sweep, int64_t **jobs,
     return stmt_fini(&row);
 }
 
+/* What the record's job is now. *made: the texts are new ones, to be freed. */
+static struct job_new job_again(const struct job_record *record, const struct sweep_retry *retry,
+                                bool *made)
+{
+    struct job_new job = {.job = record->job, .derived = record->derived, .chunks = record->chunks};
+    bool outdated =
+        record->error && strncmp(record->error, JOB_OUTDATED, strlen(JOB_OUTDATED)) == 0;
+
+    memcpy(job.hash, record->hash, JOB_HASH_SIZE);
+    *made = outdated && retry->renew && retry->renew(retry->context, record->job, &job);
+    return job;
+}
+
 /* The same job once more, in the place of the one that failed. */
-static enum store_status replace_job(struct keeper *keeper, int64_t old)
+static enum store_status replace_job(struct keeper *keeper, int64_t old,
+                                     const struct sweep_retry *retry)
 {
     struct stmt row = stmt_init(keeper->db, "SELECT " STORE_RECORD_COLUMNS " FROM jobs"
                                             " WHERE seq = :seq");
@@ -317,13 +331,17 @@ static enum store_status replace_job(struct keeper *keeper, int64_t old)
     stmt_bind_integer(&row, ":seq", old);
     status = store_jobs_read_one(&row, &record);
     if (status == STORE_OK) {
-        struct job_new job = {
-            .job = record.job, .derived = record.derived, .chunks = record.chunks};
+        bool made;
+        struct job_new job = job_again(&record, retry, &made);
 
-        memcpy(job.hash, record.hash, JOB_HASH_SIZE);
-        status = store_sweeps_costs(keeper->db, old, &job);
+        if (!made)
+            status = store_sweeps_costs(keeper->db, old, &job);
         if (status == STORE_OK)
             status = keep_job(keeper, &job, &seq);
+        if (made) {
+            free((char *)job.job);
+            free((char *)job.derived);
+        }
     }
     job_record_fini(&record);
     if (status)
@@ -336,8 +354,7 @@ static enum store_status replace_job(struct keeper *keeper, int64_t old)
     return stmt_run(&row, NULL);
 }
 
-enum store_status store_sweeps_retry(struct store *store, const char *id, const struct identity *by,
-                                     int64_t *count, struct quota_need *need)
+enum store_status store_sweeps_retry(struct store *store, const char *id, struct sweep_retry *retry)
 {
     struct sweep_record found = {0};
     int64_t *jobs = NULL;
@@ -359,18 +376,18 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, const 
 
         status = keeper_init(&keeper, db, found.seq, &found.ticket);
         for (size_t i = 0; i < failed && status == STORE_OK; i++)
-            status = replace_job(&keeper, jobs[i]);
+            status = replace_job(&keeper, jobs[i], retry);
         status = keeper_fini(&keeper, status);
         if (status == STORE_OK)
-            status = keeper_end(&keeper, need);
+            status = keeper_end(&keeper, &retry->need);
     }
     if (status == STORE_OK && failed > 0)
-        status = store_sweeps_audit(db, by, "sweep.retry", &found, found.counts[JOB_FAILED]);
+        status = store_sweeps_audit(db, retry->by, "sweep.retry", &found, found.counts[JOB_FAILED]);
     status = store_end(store, status);
     if (large)
         store_large_end(store);
     if (status == STORE_OK)
-        *count = found.counts[JOB_FAILED];
+        retry->count = found.counts[JOB_FAILED];
     free(jobs);
     sweep_record_fini(&found);
     return status;

@@ -72,10 +72,18 @@ enum store_status store_sweeps_extend(struct store *store, const char *id,
                                       const struct sweep_extension *more,
                                       struct sweep_record *record);
 
-/* Points whose jobs failed get new ones: *count of them. STORE_CONFLICT = the sweep was cancelled.
- * STORE_QUOTA fills in *need. */
-enum store_status store_sweeps_retry(struct store *store, const char *id, const struct identity *by,
-                                     int64_t *count, struct quota_need *need);
+/* Points whose jobs failed get new ones: `count` of them. Those that failed as JOB_OUTDATED are
+ * made anew by `renew` from their text, as by job_admit_fill; where it cannot, they are tried as
+ * they were. STORE_CONFLICT = the sweep was cancelled. STORE_QUOTA fills in `need`. */
+struct sweep_retry {
+    const struct identity *by;
+    bool (*renew)(void *context, const char *text, struct job_new *job); /* may be NULL */
+    void *context;
+    int64_t count;
+    struct quota_need need;
+};
+enum store_status store_sweeps_retry(struct store *store, const char *id,
+                                     struct sweep_retry *retry);
 
 /* Cancels the sweep and those of its jobs that have not ended and that nobody else wants: no other
  * sweep that was not cancelled, no one who submitted the job by itself. *running: ids of those that

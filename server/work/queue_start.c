@@ -164,9 +164,7 @@ static enum store_status load_scene(struct queue *queue, const struct job_record
         bcd_scene_chunks(*scene) != record->chunks) {
         bcd_scene_free(*scene);
         *scene = NULL;
-        fail_job(queue, record,
-                 "accepted by a version whose results differ from this one's; "
-                 "submit it again");
+        fail_job(queue, record, JOB_OUTDATED " from this one's; submit it again");
     }
     return STORE_OK;
 }
