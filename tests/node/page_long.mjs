@@ -66,8 +66,8 @@ await test('the queue stays quick to the hand while thousands of jobs end', asyn
   console.log(`# ${after - before} jobs ended in 5 s; longest pause of the page ${Math.round(Math.max(0, ...blocked))} ms`);
   expect(after > before, before, after);
   expect(Math.max(0, ...blocked) < 500, blocked);
-  const shown = Number((await tab.locator('[data-state=done] b').textContent()).replaceAll(',', ''));
-  expect(shown >= after * 0.5 && shown <= 100000, shown, after);
+  await tab.waitForFunction((least) => Number(document.querySelector('[data-state=done] b').textContent.replaceAll(',', '')) >= least,
+                            after, { timeout: 5000 });
 });
 
 await test('filters and a cancel among 10^5', async () => {
