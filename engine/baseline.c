@@ -30,7 +30,8 @@ void bcd_baseline_noise_and_force(double *y, int64_t n, int64_t ticks)
     for (int64_t t = 0; t < ticks; t++) {
         for (int64_t start = 0; start < n; start += TILE) {
             int64_t count = n - start < TILE ? arena_whole(n - start) : TILE;
-            wave_add_sine(y + start, y + start, count, 0.5, &wave, step * force);
+            wave_add_sine(y + start, &(struct wave_line){y + start, count, 0, 0.5}, &wave,
+                          step * force);
         }
         noise_add(&source, &key, t, noise, y);
     }
@@ -178,7 +179,7 @@ INLINE void add_forces(const struct bcd_baseline *b, const double *y, double sca
 {
     const struct wave wave = {1, 0};
     if (features & FIELD)
-        wave_add_sine(out, y, arena_whole(b->n), diameter, &wave,
+        wave_add_sine(out, &(struct wave_line){y, arena_whole(b->n), 0, diameter}, &wave,
                       scale * (amplitude / 2 * (2 * M_PI)));
     if (features & STICKY)
         add_attraction(b, y, scale, out);
@@ -231,7 +232,8 @@ INLINE void strang_drift(struct bcd_baseline *b, double *y, bool half, const uns
         if (features & DRAG)
             rods_shift(y, drag, arena_whole(b->n));
         if (features & FIELD)
-            wave_flow(y, arena_whole(b->n), diameter, &wave, half ? b->half_growth : b->growth);
+            wave_flow(y, &(struct wave_line){y, arena_whole(b->n), 0, diameter}, &wave,
+                      half ? b->half_growth : b->growth);
         if (features & DRAG && features & FIELD)
             rods_shift(y, drag, arena_whole(b->n));
     }

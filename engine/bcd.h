@@ -330,6 +330,26 @@ void bcd_run_checkpoint_head(const struct bcd_run *run, void *head, uint64_t *su
 /* What a finished run measured. Borrowed from the run. */
 const struct bcd_tally *bcd_run_tally(const struct bcd_run *run);
 
+/* ------------------------------------------------------------------- hands */
+
+/* Threads that help with one large ring. They are the caller's: the engine knows none. It cuts a
+ * step into parts that need nothing of one another; who does which, and when, changes no bit. */
+typedef void (*bcd_part)(void *of, int64_t part);
+struct bcd_hands {
+    /* How many there are beside the caller, at the moment; 0 = the run goes on alone. */
+    int (*count)(void *context);
+    /* Calls part(of, i) once for each i = 0 .. parts-1, on any threads, in any order, and returns
+     * when all these calls have. */
+    void (*share)(void *context, bcd_part part, void *of, int64_t parts);
+    void *context;
+};
+
+/* Whether there is anything to share: the ring is large. */
+bool bcd_scene_takes_hands(const struct bcd_scene *scene);
+
+/* From now on the run calls these, which are borrowed, while it advances; NULL = none. */
+void bcd_run_lend_hands(struct bcd_run *run, const struct bcd_hands *hands);
+
 /* -------------------------------------------------------------------- team */
 
 /* Runs of consecutive chunks that are advanced together: small rings go side by side, which takes

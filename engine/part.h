@@ -25,20 +25,23 @@ struct part_type {
 /* ------------------------------------------------------------- potentials */
 
 /* Rods as forces see them: x[i] = y[i] + i * diameter, or y[i] + offset[i] for rods of several
- * lanes (sim.h): add_force and flow take both, bit for bit the same for the same x. */
+ * lanes (sim.h): add_force and flow take both, bit for bit the same for the same x. Of a ring that
+ * several hands work at (sharing.h), y and count are those of rods `first` and on, x those of the
+ * ring. */
 struct rods {
     const double *y;
     int64_t count;
     double diameter;
     double time;
     const double *offset; /* NULL = none */
+    int64_t first;        /* i of y[0]; 0 where there is an offset, and for sums */
 };
 
 /* x of rods start .. start + n - 1. */
 static inline __attribute__((always_inline)) void rods_places(const struct rods *rods,
                                                               int64_t start, int n, double *x)
 {
-    const double base = (double)start;
+    const double base = (double)(rods->first + start);
     const double *y = rods->y + start, *offset = rods->offset ? rods->offset + start : NULL;
     for (int j = 0; j < n && offset; j++)
         x[j] = y[j] + offset[j];
@@ -104,6 +107,11 @@ struct ring {
     bool walls; /* an open line: no pair across the seam */
 };
 
+/* Rods first .. end-1 of a line. */
+struct pair_stretch {
+    int64_t first, end;
+};
+
 struct pair_type {
     struct part_type base;
     bool (*absent)(const void *par); /* exerts no force: the scene leaves it out */
@@ -117,6 +125,10 @@ struct pair_type {
     void (*theory)(const void *par, struct theory_pair *pair); /* NULL = no exact theory */
     /* out[i] += scale * F_i */
     void (*add_force)(const void *par, const struct ring *ring, double scale, double *out);
+    /* The same for some rods, whose out[i] alone it changes, with the same bits; the whole line is
+     * in ring and out. NULL = sums run along the whole line. */
+    void (*add_force_within)(const void *par, const struct ring *ring,
+                             const struct pair_stretch *within, double scale, double *out);
     bool nearest; /* only nearest neighbours feel it; else all pairs whose gap, the distance of
                    * their centres less a diameter, is within range */
     /* Energy of two rods whose centres are `distance` >= diameter apart, 0 out of range; never

@@ -21,6 +21,10 @@ void proposal_layout(struct proposal *proposal, const struct sim *sim, struct ar
  * there is no interaction. */
 void proposal_add_forces(const struct sim *sim, const double *y, double scale, double *out);
 
+/* z[i] += scale * normal(tick, i) of the current tick, from `noise` (noise.h). */
+void proposal_add_noise(const struct sim *sim, struct noise *noise, const struct noise_key *key,
+                        double scale, double *z);
+
 /* y <- y + mu h F(y) + sqrt(2 D h) n of the current tick, y the rods' own. */
 void proposal_euler(struct proposal *proposal, struct sim *sim);
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * resolve.h - displaced rods back into a legal order, on the ring or between walls: the two
- * resolvers that methods choose from. One lane after another (sim.h).
+ * resolvers that methods choose from. One lane after another (sim.h), or with all hands.
  */
 #ifndef RESOLVE_H
 #define RESOLVE_H
 
-#include "sim.h"
+#include "sharing.h"
 #include "kernels/isotonic.h"
 #include "kernels/ring_sort.h"
 
@@ -16,6 +16,10 @@ static inline void resolve_sticking(const struct sim *sim, double *y, struct iso
 {
     const struct plan *plan = sim->plan;
     const int64_t n = plan->particles, whole = arena_whole(n);
+    if (sharing(sim)) {
+        sharing_stick(sim, y, blocks);
+        return;
+    }
     for (int64_t lane = 0; lane < sim->lanes; lane++, y += whole)
         if (plan->walls)
             isotonic_walls(y, n, plan->low, plan->low + plan->free_length, blocks);
@@ -28,6 +32,10 @@ static inline void resolve_reflecting(const struct sim *sim, double *y, double *
 {
     const struct plan *plan = sim->plan;
     const int64_t n = plan->particles, whole = arena_whole(n);
+    if (sharing(sim)) {
+        sharing_reflect(sim, y, scratch);
+        return;
+    }
     for (int64_t lane = 0; lane < sim->lanes; lane++, y += whole)
         if (plan->walls)
             reflect_walls(y, n, plan->low, plan->low + plan->free_length, scratch);

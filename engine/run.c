@@ -451,6 +451,11 @@ enum bcd_status bcd_run_advance(struct bcd_run *run, int64_t ticks, struct bcd_e
     return run->status;
 }
 
+void bcd_run_lend_hands(struct bcd_run *run, const struct bcd_hands *hands)
+{
+    run->sim.hands = hands;
+}
+
 struct sim *run_sim(struct bcd_run *run)
 {
     return &run->sim;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * sim.c - see sim.h. */
 #include "sim.h"
+#include "sharing.h"
 #include "kernels/elementary.h"
 #include "theory/sampler.h"
 
@@ -17,8 +18,12 @@ void sim_layout_lanes(struct sim *sim, const struct plan *plan, int64_t lanes, s
     sim->clock = arena_take(kept, (size_t)lanes * sizeof *sim->clock);
     sim->y = sim_take_rods(sim, kept);
     sim->offset = NULL;
-    if (lanes == 1)
+    sim->parts = NULL;
+    if (lanes == 1) {
+        if (scratch && sharing_pays(plan))
+            sharing_layout(sim, scratch);
         return;
+    }
     double *offset = sim_take_rods(sim, scratch);
     for (int64_t i = 0; i < whole * lanes && offset; i++)
         offset[i] = (double)(i % whole) * plan->diameter;

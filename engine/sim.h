@@ -35,6 +35,10 @@ struct sim {
     void *work;              /* the method's scratch */
     struct noise_key noise;
     struct bcd_watch *watch; /* over draws of equilibrium starts; may be NULL */
+    const struct bcd_hands *hands; /* that help with a large ring; NULL = none */
+    /* Of a large ring, scratch of sharing.h; NULL = it is none. */
+    struct sharing_part *parts;
+    struct isotonic_piece *pieces;
 };
 enum { LANES_MAX = 16 };
 

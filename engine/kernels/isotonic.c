@@ -4,7 +4,9 @@
 #include "isotonic.h"
 #include "order.h"
 
+#include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 /* Blocks found so far, in order; the open interval of single rods between them is implicit. */
 struct stack {
@@ -144,16 +146,50 @@ static void write_blocks(double *y, const struct isotonic_block *blocks, int64_t
     }
 }
 
-/* The block across the seam: rods first .. n-1 and 0 .. head (seen at y + ell). The blocks low ..
- * high-1 of the stack are still outside it. */
+/* The block across the seam: rods first .. n-1 and 0 .. head (seen at y + ell). Still outside it
+ * are the blocks from `low` on of the piece that it ends in, and those below `high` of the piece
+ * that it begins in. */
 struct seam {
     struct isotonic_block block; /* in the tail's frame; last counts on: n + head */
+    const struct isotonic_piece *head, *tail;
     int64_t low, high;
 };
 
+static struct isotonic_block block_of(const struct isotonic_piece *piece, int64_t index)
+{
+    struct isotonic_block block = piece->blocks[index];
+    block.first += piece->first;
+    block.last += piece->first;
+    return block;
+}
+
+/* The neighbour that begins at rod `right`, or ends at rod `left`. */
+static struct isotonic_block next_right(struct seam *seam, const double *y, int64_t right)
+{
+    while (right >= seam->head->end) {
+        seam->head++;
+        seam->low = 0;
+    }
+    const int64_t first = right - seam->head->first;
+    if (seam->low < seam->head->count && seam->head->blocks[seam->low].first == first)
+        return block_of(seam->head, seam->low++);
+    return single(y, right);
+}
+
+static struct isotonic_block next_left(struct seam *seam, const double *y, int64_t left)
+{
+    while (left < seam->tail->first) {
+        seam->tail--;
+        seam->high = seam->tail->count;
+    }
+    const int64_t last = left - seam->tail->first;
+    if (seam->high > 0 && seam->tail->blocks[seam->high - 1].last == last)
+        return block_of(seam->tail, --seam->high);
+    return single(y, left);
+}
+
 /* Takes one neighbour into the seam's block if it violates the order; false when none does. */
-static bool seam_widen(struct seam *seam, const double *y, int64_t n, double ell,
-                       const struct isotonic_block *blocks)
+static bool seam_widen(struct seam *seam, const double *y, int64_t n, double ell)
 {
     struct isotonic_block *b = &seam->block;
     int64_t left = b->first - 1, right = b->last + 1 - n; /* the rods just outside */
@@ -163,15 +199,11 @@ static bool seam_widen(struct seam *seam, const double *y, int64_t n, double ell
     if (!(over | under))
         return false;
     if (under) {
-        bool pooled = seam->high > seam->low && blocks[seam->high - 1].last == left;
-        struct isotonic_block next = pooled ? blocks[seam->high - 1] : single(y, left);
-        seam->high -= pooled;
+        const struct isotonic_block next = next_left(seam, y, left);
         absorb_left(b, &next);
         return true;
     }
-    bool pooled = seam->high > seam->low && blocks[seam->low].first == right;
-    struct isotonic_block next = pooled ? blocks[seam->low] : single(y, right);
-    seam->low += pooled;
+    struct isotonic_block next = next_right(seam, y, right);
     next.base += ell;
     next.first += n;
     next.last += n;
@@ -181,23 +213,24 @@ static bool seam_widen(struct seam *seam, const double *y, int64_t n, double ell
 
 void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *blocks)
 {
-    struct stack s = {blocks, 0};
-    pool_line(y, n, &s);
+    struct isotonic_piece whole = {.first = 0, .end = n, .blocks = blocks};
+    isotonic_piece(y, &whole);
+    isotonic_close_ring(y, ell, &whole, 1);
+}
 
+void isotonic_close_ring(double *y, double ell, const struct isotonic_piece *pieces, int64_t count)
+{
+    const struct isotonic_piece *last = pieces + count - 1;
+    const int64_t n = last->end;
     const bool apart = y[n - 1] < y[0] + ell;
     /* One rod, or one block of all, spans nothing but itself: its ends are ell apart at least. */
-    if (apart || n == 1 || (s.count == 1 && count_of(blocks) == (double)n)) {
-        write_blocks(y, blocks, s.count);
+    if (apart || n == 1 || (pieces->count == 1 && count_of(pieces->blocks) == (double)n))
         return;
-    }
 
-    const bool tail_pooled = top_ends_at(&s, n - 1);
-    struct seam seam = {.block = tail_pooled ? blocks[s.count - 1] : single(y, n - 1),
-                        .low = 0,
-                        .high = s.count - tail_pooled};
-    while (seam_widen(&seam, y, n, ell, blocks))
+    struct seam seam = {.head = pieces, .low = 0, .tail = last, .high = last->count};
+    seam.block = next_left(&seam, y, n - 1);
+    while (seam_widen(&seam, y, n, ell))
         ;
-    write_blocks(y, blocks + seam.low, seam.high - seam.low);
     /* The head's position is rounded first and the tail made from it: contact is bitwise. */
     double at_head = seam.block.mean - ell, at_tail = at_head + ell;
     for (int64_t i = seam.block.first; i < n; i++)
@@ -214,11 +247,51 @@ void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *bloc
  * together are the projection onto both. */
 void isotonic_walls(double *y, int64_t n, double low, double high, struct isotonic_block *blocks)
 {
-    struct stack s = {blocks, 0};
-    pool_line(y, n, &s);
-    write_blocks(y, blocks, s.count);
+    struct isotonic_piece whole = {.first = 0, .end = n, .blocks = blocks};
+    isotonic_piece(y, &whole);
+    isotonic_close_walls(y, n, low, high);
+}
+
+void isotonic_close_walls(double *y, int64_t n, double low, double high)
+{
     for (int64_t i = 0; i < n && y[i] < low; i++)
         y[i] = low;
     for (int64_t i = n - 1; i >= 0 && y[i] > high; i--)
         y[i] = high;
+}
+
+void isotonic_piece(double *y, struct isotonic_piece *piece)
+{
+    struct stack s = {piece->blocks, 0};
+    double *first = y + piece->first;
+    pool_line(first, piece->end - piece->first, &s);
+    write_blocks(first, piece->blocks, s.count);
+    piece->count = s.count;
+}
+
+/* Where the regression of these rods alone jumps most; its values there are the largest mean that
+ * ends there and the smallest that begins there. Not near an end, where rods beyond have their
+ * say. */
+struct isotonic_cut isotonic_cut(const double *y)
+{
+    enum { N = ISOTONIC_WINDOW };
+    double in_order[N];
+    struct isotonic_block blocks[N / 2 + 1];
+    struct isotonic_piece all = {.first = 0, .end = N, .blocks = blocks};
+    memcpy(in_order, y, sizeof in_order);
+    isotonic_piece(in_order, &all);
+    int64_t at = N / 4;
+    for (int64_t i = N / 4; i <= N - N / 4; i++)
+        if (in_order[i] - in_order[i - 1] > in_order[at] - in_order[at - 1])
+            at = i;
+    const double below = in_order[at - 1], above = in_order[at];
+    return (struct isotonic_cut){
+        .at = at, .level = below + (above - below) / 2, .clear = (above - below) / 2};
+}
+
+/* A mean of c rods is a sum of c differences from one of them, each within high - low, rounded c
+ * times and more where blocks join (factor 4), put on top of that rod. */
+double isotonic_clearance(int64_t n, double low, double high)
+{
+    return (double)n * (high - low) * 0x1p-51 + fmax(fabs(low), fabs(high)) * 0x1p-49;
 }

@@ -33,4 +33,39 @@ void isotonic_ring(double *y, int64_t n, double ell, struct isotonic_block *bloc
  * is bitwise at low or high. O(n). */
 void isotonic_walls(double *y, int64_t n, double low, double high, struct isotonic_block *blocks);
 
+/* ---------------------------------------------------------------- in pieces
+ *
+ * The same for several hands at once, and the same bits. A line may be cut where nothing that pools
+ * rods on one side ever comes to compare itself with the other side and find it in its way: where
+ * the mean of any rods up to there is below that of any from there on, by more than rounding can
+ * make of it. The regression of each piece is then what the whole line's does there, operation by
+ * operation. */
+
+/* Rods first .. end-1, and the blocks they have pooled into, which count rods from `first`. */
+struct isotonic_piece {
+    int64_t first, end, count;
+    struct isotonic_block *blocks; /* [isotonic_blocks(end - first)] */
+};
+
+/* Whether ISOTONIC_WINDOW rods in a row can be cut: before rod `at` of them, 0 = no; then no mean
+ * that ends there exceeds level - clear, and none that begins there is below level + clear, of
+ * these rods. Where all rods before are below level - clear and all after them above level + clear,
+ * that holds for the whole line. */
+enum { ISOTONIC_WINDOW = 256 };
+struct isotonic_cut {
+    int64_t at;
+    double level, clear;
+};
+struct isotonic_cut isotonic_cut(const double *y);
+
+/* How clear a cut must be among n rods that all lie between low and high. */
+double isotonic_clearance(int64_t n, double low, double high);
+
+/* One piece, the walls or the seam left out; y[0] is the line's first rod. */
+void isotonic_piece(double *y, struct isotonic_piece *piece);
+
+/* What is left to do when all pieces are done: the seam, or the walls. */
+void isotonic_close_ring(double *y, double ell, const struct isotonic_piece *pieces, int64_t count);
+void isotonic_close_walls(double *y, int64_t n, double low, double high);
+
 #endif

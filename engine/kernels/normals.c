@@ -86,15 +86,18 @@ static inline __attribute__((always_inline)) void turn(const struct normal_tile 
 }
 
 KERNEL_CLONES
-void normals_add(double *out, int64_t n, double scale, const struct noise_key *key, int64_t tick)
+void normals_add_stretch(double *out, const struct normals_stretch *stretch, double scale,
+                         const struct noise_key *key, int64_t tick)
 {
+    const int64_t n = stretch->count, first = stretch->first;
     struct philox_tile t;
     struct normal_tile normal;
+    assert(first % 4 == 0);
     for (int64_t start = 0; start < n; start += 4 * TILE) {
         const int64_t left = n - start, count = left < 4 * TILE ? left : 4 * TILE;
         double *to = out + start;
         int64_t i = 0;
-        philox_tile(&t, (uint32_t)(start / 4), key, tick);
+        philox_tile(&t, (uint32_t)((first + start) / 4), key, tick);
         box_muller(&t, &normal);
         for (; i + 16 <= count; i += 16) {
             four block[4];
@@ -105,6 +108,11 @@ void normals_add(double *out, int64_t n, double scale, const struct noise_key *k
         for (; i < count; i++)
             to[i] += scale * normal.word[i % 4][i / 4];
     }
+}
+
+void normals_add(double *out, int64_t n, double scale, const struct noise_key *key, int64_t tick)
+{
+    normals_add_stretch(out, &(struct normals_stretch){0, n}, scale, key, tick);
 }
 
 KERNEL_CLONES

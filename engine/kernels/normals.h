@@ -27,6 +27,14 @@ struct noise_key {
 /* out[i] += scale * normal(i), i = 0 .. n-1, for one tick (0 <= tick < 2^56), n < 2^34. */
 void normals_add(double *out, int64_t n, double scale, const struct noise_key *key, int64_t tick);
 
+/* The same for rods first .. first + count - 1 alone, out[0] the first of them; first is a multiple
+ * of 4. */
+struct normals_stretch {
+    int64_t first, count;
+};
+void normals_add_stretch(double *out, const struct normals_stretch *stretch, double scale,
+                         const struct noise_key *key, int64_t tick);
+
 static inline int64_t normals_stride(int64_t n)
 {
     return (n + 3) / 4 * 4;

@@ -12,25 +12,32 @@
 #endif
 
 enum {
-    MOVES_PER_ROD = 16, /* more: merging is cheaper than insertion */
-    WINDOW = 5,         /* places that a rod moves without a branch to be guessed */
-    FEW = 32,           /* so many need no counting ahead */
-    CROSSINGS = 5,      /* one pair in so many out of order: the window pays */
+    MOVES_PER_ROD = 16,   /* more: merging is cheaper than insertion */
+    WINDOW = 5,           /* places that a rod moves without a branch to be guessed */
+    FEW = 32,             /* so many need no counting ahead */
+    CROSSINGS = 5,        /* one pair in so many out of order: the window pays */
+    JOIN_MOVES = 1 << 16, /* more between two parts: they are not parts at all */
 };
+
+/* Rod i to its place among those before it, which are sorted; by how many places. */
+static inline int64_t insert(double *y, int64_t i)
+{
+    const double value = y[i];
+    int64_t j = i;
+    for (; j > 0 && y[j - 1] > value; j--)
+        y[j] = y[j - 1];
+    y[j] = value;
+    return i - j;
+}
 
 /* Insertion sort: few rods cross in a step. False, with y a permutation, when it gives up. */
 static bool sort_by_insertion(double *y, int64_t n)
 {
     int64_t allowed = MOVES_PER_ROD * n;
     for (int64_t i = 1; i < n; i++) {
-        double value = y[i];
-        if (y[i - 1] <= value)
+        if (y[i - 1] <= y[i])
             continue;
-        int64_t j = i;
-        for (; j > 0 && y[j - 1] > value; j--)
-            y[j] = y[j - 1];
-        y[j] = value;
-        allowed -= i - j;
+        allowed -= insert(y, i);
         if (allowed < 0)
             return false;
     }
@@ -200,11 +207,29 @@ void ring_sort(double *y, int64_t n, double ell, double *scratch)
         return;
     }
     sort_line(y, n, scratch);
+    ring_sort_close(y, n, ell, scratch);
+}
+
+void ring_sort_close(double *y, int64_t n, double ell, double *scratch)
+{
     if (y[n - 1] <= y[0] + ell || fold_last(y, n, ell))
         return;
     int64_t turns = fold(y, n, ell);
     sort_line(y, n, scratch);
     hand_back(y, n, ell, turns, scratch);
+}
+
+void ring_sort_part(double *y, int64_t n, double *scratch)
+{
+    sort_line(y, n, scratch);
+}
+
+bool ring_sort_join(double *y, int64_t at, int64_t end)
+{
+    int64_t allowed = JOIN_MOVES;
+    for (int64_t i = at; i < end && y[i - 1] > y[i] && allowed >= 0; i++)
+        allowed -= insert(y, i);
+    return allowed >= 0;
 }
 
 /* Mirrored at both walls as often as it takes. */
@@ -216,6 +241,13 @@ static double fold_once(double y, double low, double high)
     return fmin(fmax(folded, low), high); /* rounding */
 }
 
+void reflect_part(double *y, int64_t n, double low, double high)
+{
+    for (int64_t i = 0; i < n; i++)
+        if (y[i] < low || y[i] > high)
+            y[i] = fold_once(y[i], low, high);
+}
+
 void reflect_walls(double *y, int64_t n, double low, double high, double *scratch)
 {
     if (!(low < high)) {
@@ -223,8 +255,6 @@ void reflect_walls(double *y, int64_t n, double low, double high, double *scratc
             y[i] = low;
         return;
     }
-    for (int64_t i = 0; i < n; i++)
-        if (y[i] < low || y[i] > high)
-            y[i] = fold_once(y[i], low, high);
+    reflect_part(y, n, low, high);
     sort_line(y, n, scratch);
 }

@@ -8,6 +8,7 @@
 #ifndef KERNELS_RING_SORT_H
 #define KERNELS_RING_SORT_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* On entry y[i] = freely displaced reduced positions; on return the positions of the rods after all
@@ -19,5 +20,17 @@ void ring_sort(double *y, int64_t n, double ell, double *scratch);
 
 /* The same between walls: folded at low and high, then sorted. low == high: all rods there. */
 void reflect_walls(double *y, int64_t n, double low, double high, double *scratch);
+
+/* ring_sort in parts, for several hands at once, with the same bits: each part is sorted, the parts
+ * are joined from the left, and the ring is closed. All with ell > 0.
+ *
+ * join: rods 0 .. at-1 are sorted, and rods at .. end-1; then all are. Few cross from one part to
+ * the other; false, with y a permutation, when they are so many that a sort of all is cheaper. */
+void ring_sort_part(double *y, int64_t n, double *scratch);
+bool ring_sort_join(double *y, int64_t at, int64_t end);
+void ring_sort_close(double *y, int64_t n, double ell, double *scratch);
+
+/* Between walls, low < high: each part is folded first, and there is nothing to close. */
+void reflect_part(double *y, int64_t n, double low, double high);
 
 #endif

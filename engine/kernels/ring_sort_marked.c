@@ -9,29 +9,37 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { MOVES_PER_ROD = 16 }; /* more: merging is cheaper than insertion */
+enum {
+    MOVES_PER_ROD = 16,   /* more: merging is cheaper than insertion */
+    JOIN_MOVES = 1 << 16, /* more between two parts: they are not parts at all */
+};
 
 struct run {
     double *y, *mark;
 };
+
+/* Rod i to its place among those before it, which are sorted; by how many places. */
+static inline int64_t insert(struct run r, int64_t i)
+{
+    const double value = r.y[i], mark = r.mark[i];
+    int64_t j = i;
+    for (; j > 0 && r.y[j - 1] > value; j--) {
+        r.y[j] = r.y[j - 1];
+        r.mark[j] = r.mark[j - 1];
+    }
+    r.y[j] = value;
+    r.mark[j] = mark;
+    return i - j;
+}
 
 /* False, with both still in step, when it gives up. */
 static bool sort_by_insertion(struct run r, int64_t n)
 {
     int64_t allowed = MOVES_PER_ROD * n;
     for (int64_t i = 1; i < n; i++) {
-        double value = r.y[i];
-        if (r.y[i - 1] <= value)
+        if (r.y[i - 1] <= r.y[i])
             continue;
-        double mark = r.mark[i];
-        int64_t j = i;
-        for (; j > 0 && r.y[j - 1] > value; j--) {
-            r.y[j] = r.y[j - 1];
-            r.mark[j] = r.mark[j - 1];
-        }
-        r.y[j] = value;
-        r.mark[j] = mark;
-        allowed -= i - j;
+        allowed -= insert(r, i);
         if (allowed < 0)
             return false;
     }
@@ -120,11 +128,32 @@ void ring_sort_marked(const struct marked_rods *rods, double ell)
         return;
     }
     sort_line(rods);
+    ring_sort_marked_close(rods, ell);
+}
+
+void ring_sort_marked_close(const struct marked_rods *rods, double ell)
+{
+    double *y = rods->y;
+    const int64_t n = rods->count;
     if (y[n - 1] <= y[0] + ell)
         return;
     int64_t turns = fold(y, n, ell);
     sort_line(rods);
     hand_back(rods, ell, turns);
+}
+
+void ring_sort_marked_part(const struct marked_rods *part)
+{
+    sort_line(part);
+}
+
+bool ring_sort_marked_join(const struct marked_rods *rods, int64_t at, int64_t end)
+{
+    const struct run r = {rods->y, rods->mark};
+    int64_t allowed = JOIN_MOVES;
+    for (int64_t i = at; i < end && r.y[i - 1] > r.y[i] && allowed >= 0; i++)
+        allowed -= insert(r, i);
+    return allowed >= 0;
 }
 
 /* Mirrored at both walls as often as it takes; *mark changes sign when that is odd. */
@@ -138,6 +167,14 @@ static double mirror(double y, double low, double high, double *mark)
     return fmin(fmax(mirrored, low), high); /* rounding */
 }
 
+void reflect_marked_part(const struct marked_rods *part, double low, double high)
+{
+    double *y = part->y;
+    for (int64_t i = 0; i < part->count; i++)
+        if (y[i] < low || y[i] > high)
+            y[i] = mirror(y[i], low, high, &part->mark[i]);
+}
+
 void reflect_walls_marked(const struct marked_rods *rods, double low, double high)
 {
     double *y = rods->y;
@@ -146,8 +183,6 @@ void reflect_walls_marked(const struct marked_rods *rods, double low, double hig
         reflect_walls(y, n, low, high, rods->scratch);
         return;
     }
-    for (int64_t i = 0; i < n; i++)
-        if (y[i] < low || y[i] > high)
-            y[i] = mirror(y[i], low, high, &rods->mark[i]);
+    reflect_marked_part(rods, low, high);
     sort_line(rods);
 }

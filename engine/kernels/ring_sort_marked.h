@@ -7,6 +7,7 @@
 #ifndef KERNELS_RING_SORT_MARKED_H
 #define KERNELS_RING_SORT_MARKED_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct marked_rods {
@@ -24,5 +25,12 @@ void ring_sort_marked(const struct marked_rods *rods, double ell);
 /* The same between walls, as reflect_walls; marks change sign with every reflection. low == high:
  * all rods there, marks stay. */
 void reflect_walls_marked(const struct marked_rods *rods, double low, double high);
+
+/* In parts, as in ring_sort.h: `part` is of rods that have a place of their own in y, mark and
+ * scratch; scratch of the whole is not needed to join. */
+void ring_sort_marked_part(const struct marked_rods *part);
+bool ring_sort_marked_join(const struct marked_rods *rods, int64_t at, int64_t end);
+void ring_sort_marked_close(const struct marked_rods *rods, double ell);
+void reflect_marked_part(const struct marked_rods *part, double low, double high);
 
 #endif

@@ -16,6 +16,12 @@ void rods_add(double *restrict out, const double *restrict x, double scale, int6
 void rods_kick(double *restrict y, double *restrict kick, const double *restrict x, double scale,
                int64_t n);
 
+/* The lowest and the highest of them; INFINITY and -INFINITY of none. */
+struct rods_range {
+    double low, high;
+};
+struct rods_range rods_range(const double *y, int64_t n);
+
 /* y[i] += by. */
 void rods_shift(double *y, double by, int64_t n);
 

@@ -171,7 +171,7 @@ void spline_add_slope(const struct spline *spline, const struct spline_points *p
     for (int64_t start = 0; start < points->count; start += TILE) {
         int64_t left = points->count - start;
         int count = left < TILE ? (int)left : TILE;
-        double base = (double)start, x[TILE];
+        double base = (double)(points->first + start), x[TILE];
         const double *from = points->y + start;
         const double *offset = points->offset ? points->offset + start : NULL;
         double *to = out + start;

@@ -31,12 +31,13 @@ void spline_free(struct spline *spline); /* may be zeroed memory */
  * derivative 0, 1, 2. */
 double spline_at(const struct spline *spline, double x, int derivative);
 
-/* Many points x[i] = y[i] + i * diameter, or y[i] + offset[i], i = 0 .. count-1. */
+/* Many points x[i] = y[i] + (first + i) * diameter, or y[i] + offset[i], i = 0 .. count-1. */
 struct spline_points {
     const double *y;
     int64_t count;
     double diameter;
-    const double *offset; /* NULL = none; not for sums */
+    const double *offset; /* NULL = none; not for sums, */
+    int64_t first;        /* nor is this */
 };
 
 /* out[i] += scale * first derivative at x[i]; out may be y. */

@@ -7,16 +7,17 @@
 enum { TILE = 256, LANES = 8, DOUBLE_MIN = 16 };
 
 KERNEL_CLONES
-void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
-                   const struct wave *wave, double scale)
+void wave_add_sine(double *out, const struct wave_line *line, const struct wave *wave, double scale)
 {
-    const double k = wave->inverse_wavelength, phase = wave->phase;
+    const double k = wave->inverse_wavelength, phase = wave->phase, diameter = line->diameter;
+    const double *y = line->y;
+    const int64_t n = line->count, first = line->first;
     /* Two at once where it pays: neither has to wait for the other's long sums. */
     const int64_t half = n < DOUBLE_MIN ? 0 : n / 8 * 4;
     TURNS_APART
     for (int64_t i = 0; i < half; i++) {
-        double near = (y[i] + number(i) * diameter) * k + phase;
-        double far = (y[i + half] + number(i + half) * diameter) * k + phase;
+        double near = (y[i] + number(first + i) * diameter) * k + phase;
+        double far = (y[i + half] + number(first + i + half) * diameter) * k + phase;
         near = sin_turns(near);
         far = sin_turns(far);
         out[i] += scale * near;
@@ -24,7 +25,7 @@ void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
     }
     TURNS_APART
     for (int64_t i = 2 * half; i < n; i++)
-        out[i] += scale * sin_turns((y[i] + number(i) * diameter) * k + phase);
+        out[i] += scale * sin_turns((y[i] + number(first + i) * diameter) * k + phase);
 }
 
 KERNEL_CLONES
@@ -55,13 +56,14 @@ static inline __attribute__((always_inline)) double flow_of(double u, double gro
 }
 
 KERNEL_CLONES
-void wave_flow(double *y, int64_t n, double diameter, const struct wave *wave, double growth)
+void wave_flow(double *y, const struct wave_line *line, const struct wave *wave, double growth)
 {
-    const double k = wave->inverse_wavelength, phase = wave->phase;
+    const double k = wave->inverse_wavelength, phase = wave->phase, diameter = line->diameter;
+    const int64_t n = line->count;
     const double unit = 1 / (3.141592653589793 * k);
     for (int64_t start = 0; start < n; start += TILE) {
         int count = n - start < TILE ? (int)(n - start) : TILE;
-        double base = (double)start;
+        double base = (double)(line->first + start);
         double *at = y + start;
         for (int j = 0; j < count; j++) {
             double u = (at[j] + (base + (double)j) * diameter) * k + phase;

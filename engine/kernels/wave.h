@@ -12,9 +12,17 @@ struct wave {
     double inverse_wavelength, phase;
 };
 
-/* out[i] += scale * sin(2 pi turns(x_i)), i = 0 .. n-1; out may be y. */
-void wave_add_sine(double *out, const double *y, int64_t n, double diameter,
-                   const struct wave *wave, double scale);
+/* Rods `first` .. first + count - 1 of a line; y and what stands beside it begin with the first of
+ * them. */
+struct wave_line {
+    const double *y; /* [count] */
+    int64_t count, first;
+    double diameter;
+};
+
+/* out[i] += scale * sin(2 pi turns(x_i)), i = 0 .. count-1; out may be y. */
+void wave_add_sine(double *out, const struct wave_line *line, const struct wave *wave,
+                   double scale);
 
 /* The same for rods of several rings, x_i = y_i + offset_i; count is even. */
 struct wave_places {
@@ -24,9 +32,9 @@ struct wave_places {
 void wave_add_sine_at(double *out, const struct wave_places *at, const struct wave *wave,
                       double scale);
 
-/* The exact flow of dx/dt = c sin(2 pi turns(x)) for a time t, y[i] in and out:
+/* The exact flow of dx/dt = c sin(2 pi turns(x)) for a time t, y[i] in and out, line->y is y:
  *     tan(pi turns') = E tan(pi turns),   E = growth = exp(2 pi c t / wavelength) > 0. */
-void wave_flow(double *y, int64_t n, double diameter, const struct wave *wave, double growth);
+void wave_flow(double *y, const struct wave_line *line, const struct wave *wave, double growth);
 
 /* The same for rods of several rings; at->y is y. */
 void wave_flow_at(double *y, const struct wave_places *at, const struct wave *wave, double growth);

@@ -14,6 +14,7 @@
  */
 #include "part.h"
 #include "proposal.h"
+#include "sharing.h"
 #include "step_limit.h"
 #include "kernels/ring_sort_marked.h"
 #include "kernels/rods.h"
@@ -92,6 +93,10 @@ static void collide(const struct sim *sim)
     const struct plan *plan = sim->plan;
     const struct lm_work *work = sim->work;
     struct marked_rods rods = {sim->y, work->kick, plan->particles, work->scratch};
+    if (sharing(sim)) {
+        sharing_reflect_marked(sim, &rods);
+        return;
+    }
     for (int64_t lane = 0; lane < sim->lanes; lane++) {
         if (plan->walls)
             reflect_walls_marked(&rods, plan->low, plan->low + plan->free_length);
@@ -102,20 +107,43 @@ static void collide(const struct sim *sim)
     }
 }
 
+/* A large ring keeps no rows of noise. */
+static void kick_part(void *of, int64_t part)
+{
+    const struct sim *sim = of;
+    const struct lm_work *work = sim->work;
+    const struct stretch rods = sharing_stretch(sim, part);
+    const int64_t count = rods.room - rods.first;
+    double *y = sim->y + rods.first, *kick = work->kick + rods.first;
+    rods_kick(y, kick, NULL, 0, count);
+    sharing_add_noise_within(sim, &sim->noise, half_noise(sim->plan), &rods, work->kick);
+    rods_add(y, kick, 1, count);
+}
+
+static void kick(struct sim *sim, double noise)
+{
+    struct lm_work *work = sim->work;
+    const int64_t whole = sim_rods(sim);
+    if (sharing(sim)) {
+        sharing_each(sim, kick_part, sim);
+        return;
+    }
+    const double *row = noise_row(&work->noise, &sim->noise, sim->clock->tick);
+    rods_kick(sim->y, work->kick, row, noise, whole);
+    if (!row) {
+        noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->kick);
+        rods_add(sim->y, work->kick, 1, whole);
+    }
+}
+
 static void lm_advance(struct sim *sim, int64_t ticks)
 {
     const struct plan *plan = sim->plan;
     struct lm_work *work = sim->work;
-    const int64_t whole = sim_rods(sim);
     const double drift = plan->mobility * plan->time_step, noise = half_noise(plan);
     for (int64_t t = 0; t < ticks; t++) {
         proposal_add_forces(sim, sim->y, drift, work->kick);
-        const double *row = noise_row(&work->noise, &sim->noise, sim->clock->tick);
-        rods_kick(sim->y, work->kick, row, noise, whole);
-        if (!row) {
-            noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, work->kick);
-            rods_add(sim->y, work->kick, 1, whole);
-        }
+        kick(sim, noise);
         collide(sim);
         sim->clock->tick++;
     }

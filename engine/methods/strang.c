@@ -93,26 +93,55 @@ static void flow_midpoint(const struct sim *sim, double time, double *y)
     proposal_add_forces(sim, work->middle, plan->mobility * time, y);
 }
 
-static void shift(const struct sim *sim, double *y, double by)
+static void shift(double *y, double by, int64_t count)
 {
     if (by != 0)
-        rods_shift(y, by, sim_rods(sim));
+        rods_shift(y, by, count);
 }
 
-/* Exact flow in the field, between two halves of what the drag does. */
-static void flow_exact(const struct sim *sim, const struct strang_drift *over, double *y)
+/* Exact flow of rods first .. first + count - 1 in the field, between two halves of what the drag
+ * does. */
+struct strang_flow {
+    const struct sim *sim;
+    const struct strang_drift *over;
+    double *y;
+};
+
+static void flow_stretch(const struct strang_flow *flow, int64_t first, int64_t count)
 {
-    const struct plan *plan = sim->plan;
+    const struct plan *plan = flow->sim->plan;
+    const struct strang_drift *over = flow->over;
     const double dragged = plan->mobility * plan->force * over->time;
+    double *y = flow->y + first;
     if (!plan->field) {
-        shift(sim, y, dragged);
+        shift(y, dragged, count);
         return;
     }
-    const struct rods rods = {y, sim_rods(sim), plan->diameter, sim_time(sim) + over->time / 2,
-                              sim->offset};
-    shift(sim, y, dragged / 2);
+    const struct rods rods = {.y = y,
+                              .count = count,
+                              .diameter = plan->diameter,
+                              .time = sim_time(flow->sim) + over->time / 2,
+                              .offset = flow->sim->offset,
+                              .first = first};
+    shift(y, dragged / 2, count);
     plan->potential->flow(plan->potential_par, &rods, over->growth, y);
-    shift(sim, y, dragged / 2);
+    shift(y, dragged / 2, count);
+}
+
+static void flow_part(void *of, int64_t part)
+{
+    const struct strang_flow *flow = of;
+    const struct stretch rods = sharing_stretch(flow->sim, part);
+    flow_stretch(flow, rods.first, rods.room - rods.first);
+}
+
+static void flow_exact(const struct sim *sim, const struct strang_drift *over, double *y)
+{
+    struct strang_flow flow = {sim, over, y};
+    if (sharing(sim))
+        sharing_each(sim, flow_part, &flow);
+    else
+        flow_stretch(&flow, 0, sim_rods(sim));
 }
 
 /* The constrained deterministic flow. */
@@ -139,7 +168,7 @@ static void strang_advance(struct sim *sim, int64_t ticks)
     for (int64_t t = 0; t < ticks; t++) {
         drift(sim, &whole, sim->y);
         if (noise > 0) {
-            noise_add(&work->noise, &sim->noise, sim->clock->tick, noise, sim->y);
+            proposal_add_noise(sim, &work->noise, &sim->noise, noise, sim->y);
             resolve_reflecting(sim, sim->y, work->scratch);
         }
         sim->clock->tick++;
@@ -161,7 +190,7 @@ static const double *strang_view(struct sim *sim, enum view view)
     struct noise_key key = sim->noise;
     key.stream = STREAM_VIEW;
     const double noise = sqrt(plan->diffusion * plan->time_step);
-    noise_add(&work->view_noise, &key, sim->clock->tick, noise, work->view);
+    proposal_add_noise(sim, &work->view_noise, &key, noise, work->view);
     resolve_reflecting(sim, work->view, work->scratch);
     return work->view;
 }

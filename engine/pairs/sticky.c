@@ -68,14 +68,18 @@ static double sticky_range(const void *par)
     return ((const struct sticky_par *)par)->range;
 }
 
-/* out[i] += scale * F_i: neighbours closer than eps pull each other together. */
-static void sticky_add_force(const void *par, const struct ring *ring, double scale, double *out)
+/* out[i] += scale * F_i: neighbours closer than eps pull each other together. Each rod has the pull
+ * of its left neighbour first; across the seam all others come first. */
+static void sticky_add_force_within(const void *par, const struct ring *ring,
+                                    const struct pair_stretch *within, double scale, double *out)
 {
     const struct attraction attraction = ((const struct sticky_par *)par)->attraction;
     const double *y = ring->y, range = attraction.range;
-    int64_t last = ring->count - 1;
-    double pull = scale * ring->temperature;
-    for (int64_t i = 0; i < last; i++) {
+    const int64_t first = within->first, end = within->end, last = ring->count - 1;
+    const double pull = scale * ring->temperature;
+    if (first > 0 && y[first] - y[first - 1] < range)
+        out[first] -= pull * attraction_at(&attraction, y[first] - y[first - 1]);
+    for (int64_t i = first; i < end - 1; i++) {
         double gap = y[i + 1] - y[i];
         if (gap < range) {
             double f = pull * attraction_at(&attraction, gap);
@@ -83,14 +87,22 @@ static void sticky_add_force(const void *par, const struct ring *ring, double sc
             out[i + 1] -= f;
         }
     }
-    if (ring->walls)
+    if (end <= last && y[end] - y[end - 1] < range)
+        out[end - 1] += pull * attraction_at(&attraction, y[end] - y[end - 1]);
+    const double gap = y[0] + ring->free_length - y[last];
+    if (ring->walls || !(gap < range) || (first > 0 && end <= last))
         return;
-    double gap = y[0] + ring->free_length - y[last];
-    if (gap < range) {
-        double f = pull * attraction_at(&attraction, gap);
+    const double f = pull * attraction_at(&attraction, gap);
+    if (end > last)
         out[last] += f;
+    if (first == 0)
         out[0] -= f;
-    }
+}
+
+static void sticky_add_force(const void *par, const struct ring *ring, double scale, double *out)
+{
+    const struct pair_stretch all = {0, ring->count};
+    sticky_add_force_within(par, ring, &all, scale, out);
 }
 
 /* V = -kT ln(1 + gamma' u^p). */
@@ -145,6 +157,7 @@ const struct pair_type pair_sticky = {
     .stiffness = sticky_stiffness,
     .theory = sticky_theory,
     .add_force = sticky_add_force,
+    .add_force_within = sticky_add_force_within,
     .nearest = true,
     .energy = sticky_energy,
 };

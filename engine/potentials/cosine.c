@@ -103,10 +103,11 @@ static void cosine_add_force(const void *par, const struct rods *rods, double sc
     const struct cosine_par *p = par;
     const struct wave wave = p->velocity == 0 ? p->still : wave_at(p, rods->time);
     const struct wave_places at = {rods->y, rods->offset, rods->count};
+    const struct wave_line line = {rods->y, rods->count, rods->first, rods->diameter};
     if (rods->offset)
         wave_add_sine_at(out, &at, &wave, scale * p->steepest);
     else
-        wave_add_sine(out, rods->y, rods->count, rods->diameter, &wave, scale * p->steepest);
+        wave_add_sine(out, &line, &wave, scale * p->steepest);
 }
 
 /* E = exp(k t), k = mu (U0/2) (2 pi/lambda)^2; beyond e^500 every rod has long arrived. */
@@ -122,10 +123,11 @@ static void cosine_flow(const void *par, const struct rods *rods, double growth,
     const struct cosine_par *p = par;
     const struct wave wave = p->velocity == 0 ? p->still : wave_at(p, rods->time);
     const struct wave_places at = {rods->y, rods->offset, rods->count};
+    const struct wave_line line = {rods->y, rods->count, rods->first, rods->diameter};
     if (rods->offset)
         wave_flow_at(y, &at, &wave, growth);
     else
-        wave_flow(y, rods->count, rods->diameter, &wave, growth);
+        wave_flow(y, &line, &wave, growth);
 }
 
 static double cosine_energy_sum(const void *par, const struct rods *rods)

@@ -86,14 +86,15 @@ static bool table_rough(const void *par)
 static void table_add_force(const void *par, const struct rods *rods, double scale, double *out)
 {
     const struct table_par *p = par;
-    struct spline_points points = {rods->y, rods->count, rods->diameter, rods->offset};
+    struct spline_points points = {rods->y, rods->count, rods->diameter, rods->offset,
+                                   rods->first};
     spline_add_slope(&p->spline, &points, -scale, out);
 }
 
 static double table_energy_sum(const void *par, const struct rods *rods)
 {
     const struct table_par *p = par;
-    struct spline_points points = {rods->y, rods->count, rods->diameter, NULL};
+    struct spline_points points = {.y = rods->y, .count = rods->count, .diameter = rods->diameter};
     return spline_sum(&p->spline, &points);
 }
 

@@ -89,7 +89,7 @@ static double bytes_per_rod(size_t which, bool strang, const char *asks)
 {
     double bytes[2];
     for (int k = 0; k < 2; k++) {
-        const int64_t n = k ? 20480 : 10240; /* both whole cache lines */
+        const int64_t n = k ? 10240 : 5120; /* both whole cache lines */
         char *job = leave_out_job(which, strang, n, asks);
         struct bcd_scene *scene = experiment_scene("%s", job);
         struct bcd_estimate estimate;
@@ -101,13 +101,13 @@ static double bytes_per_rod(size_t which, bool strang, const char *asks)
         bcd_scene_free(scene);
         free(job);
     }
-    return (bytes[1] - bytes[0]) / 10240;
+    return (bytes[1] - bytes[0]) / 5120;
 }
 
 /* bcd: y, half a block of 40 bytes, where rods were as far as pairs need it. strang: y and the
  * sort's scratch; half a block where a drift varies in space, half way where no exact flow is
  * known, the view where density is asked for and not exact anyway. Nothing else grows with the
- * rods. */
+ * rods, as long as they are too few for several hands (engine/sharing.h): a fortieth of a byte. */
 static void test_memory(void **state)
 {
     (void)state;

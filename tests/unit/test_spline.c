@@ -127,7 +127,7 @@ static void check_many(const struct spline *s)
     double y[POINTS], out[POINTS], sum = 0, scale = 0;
     for (int i = 0; i < POINTS; i++)
         y[i] = -3 + 0.0113 * i, out[i] = 1;
-    struct spline_points points = {y, POINTS, 0.002, NULL};
+    struct spline_points points = {y, POINTS, 0.002, NULL, 0};
     spline_add_slope(s, &points, -2, out);
     for (int i = 0; i < POINTS; i++) {
         double x = y[i] + i * 0.002, slope = spline_at(s, x, 1);
@@ -162,7 +162,7 @@ static void test_nonsense_places(void **state)
         assert_true(periodic ? spline_periodic(&s, 0, 1, values, 4)
                              : spline_open(&s, 0, 1, values, 4));
         for (size_t i = 0; i < sizeof nonsense / sizeof *nonsense; i++) {
-            struct spline_points one = {nonsense + i, 1, 0, NULL};
+            struct spline_points one = {nonsense + i, 1, 0, NULL, 0};
             double out = 0, sum = spline_sum(&s, &one);
             spline_add_slope(&s, &one, 1, &out);
             assert_int_equal(isnan(spline_at(&s, nonsense[i], 0)), isnan(sum));
