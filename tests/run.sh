@@ -11,8 +11,8 @@
 #
 # A test that crashes, exceeds its time limit, exits with a status of its own, prints no plan or
 # another number of results than planned counts as one more failure. TEST_JOBS (2) tests run at a
-# time; beside them, one by one, shell tests with a line "# Waits: why", which need next to no
-# processor; after them, one by one, those with a line "# Alone: why". Output is shown for failures
+# time; beside them, one by one, those with a line "Waits: why" in their comments, which need next to
+# no processor; after them, one by one, shell tests with a line "Alone: why". Output is shown for failures
 # only, and the slowest tests are named. The last line is "N passed, N failed"; the status is 1 unless
 # N > 0 passed and none failed.
 set -u
@@ -115,14 +115,24 @@ list_c() {
     done
 }
 
-# "label|script" of the shell tests that run "together", "alone", or in a lane of those that "wait".
-list_shell() {
-    for source in tests/*/*.sh; do
-        wanted "$source" || continue
+# The given sources of tests that run "together", "alone", or in the lane of those that "wait".
+sources_that() {
+    wanted_how=$1
+    shift
+    for source; do
         how=together
-        ! grep -q '^# Alone: ' "$source" || how=alone
-        ! grep -q '^# Waits: ' "$source" || how=wait
-        [ "$how" != "$1" ] || printf '%s|%s\n' "${source#tests/}" "$source"
+        ! grep -sqE '^(#| \*) Alone: ' "$source" || how=alone
+        ! grep -sqE '^(#| \*) Waits: ' "$source" || how=wait
+        [ "$how" != "$wanted_how" ] || printf '%s\n' "$source"
+    done
+}
+
+# "label|what to run" of the tests that run so.
+list() {
+    # shellcheck disable=SC2046
+    list_c "$B" "" $(sources_that "$1" tests/*/test_*.c)
+    for source in $(sources_that "$1" tests/*/*.sh); do
+        ! wanted "$source" || printf '%s|%s\n' "${source#tests/}" "$source"
     done
 }
 
@@ -150,12 +160,11 @@ run_sanitized() {
     fi
 }
 
-# shellcheck disable=SC2046
 {
-    list_shell wait | run_list 1 &
-    { list_c "$B" "" tests/*/test_*.c; list_shell together; } | run_list "${TEST_JOBS:-2}"
+    list wait | run_list 1 &
+    list together | run_list "${TEST_JOBS:-2}"
     wait
-    list_shell alone | run_list 1
+    list alone | run_list 1
     if [ "$layerset" = check-long ]; then
         sh deploy/install-packages.sh long
         export ASAN_OPTIONS="detect_leaks=1:strict_string_checks=1:${ASAN_OPTIONS:-}"

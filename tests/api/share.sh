@@ -3,6 +3,7 @@
 # Workers that do not reach the daemon, and meet it in a directory: one is killed, one told to end,
 # the daemon is killed and started again, files are torn; the results are those of one machine, bit
 # for bit.
+# Waits: for looks into a directory, and for leases to end.
 . "$(dirname "$0")/_lib.sh"
 . "$(dirname "$0")/_workers.sh"
 
@@ -14,7 +15,7 @@ worker() { # [options]
     worker_start --share "$T/share" "$@"
 }
 start() {
-    daemon_start "$T/data" --backend workers --share "$T/share" --workers 8 --lease 2
+    daemon_start "$T/data" --backend workers --share "$T/share" --workers 8 --lease 4
 }
 metric() { # NAME LEAST
     [ "$(curl -sS -m 60 "$URL/metrics" | awk -v name="$1" '$1 == name { print $2 }')" -ge "$2" ]

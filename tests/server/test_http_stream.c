@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Bodies made while they are sent: whole, or seen to be cut off. */
+ * Bodies made while they are sent: whole, or seen to be cut off.
+ * Waits: for who stalls. */
 #include "http.h"
 #include "http_client.h"
 #include "limits.h"
@@ -18,7 +19,7 @@
 
 #include <cmocka.h>
 
-enum { STALL_MS = 300 };
+enum { STALL_MS = 700 };
 
 /* What the handler streams: rows "0\n", "1\n", ... */
 struct fixture {
@@ -213,7 +214,7 @@ static void client_stalls(void **state)
     f->rows = 100000000;
     int fd = client_dial(f->http);
     client_say(fd, GET, strlen(GET));
-    for (int64_t until_ms = client_now_ms() + 5 * STALL_MS; client_now_ms() < until_ms;) {
+    for (int64_t until_ms = client_now_ms() + 3 * STALL_MS; client_now_ms() < until_ms;) {
         assert_true(recv(fd, some, sizeof(some), 0) > 0);
         client_sleep_ms(1);
     }

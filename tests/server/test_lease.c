@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Chunks lent to workers elsewhere: who gets which, what a heartbeat and its lack mean, what is
- * taken as a result; and that nothing said in JSON is lost or forged on the way. */
+ * taken as a result; and that nothing said in JSON is lost or forged on the way.
+ * Waits: for leases to end. */
 #include "lease_bench.h"
 
 #include "support/experiment.h"
@@ -16,7 +17,7 @@
 
 #include <cmocka.h>
 
-enum { LEASE_MS = 100 };
+enum { LEASE_MS = 1000 };
 static const struct lease_asker node1 = {"", "node1"}, node2 = {"", "node2"}, node3 = {"", "node3"};
 
 /* What a worker says, through JSON and back. */
@@ -181,8 +182,8 @@ static void silence_ends_a_lease(void **state)
     lease_bench_start(&bench, LEASE_MS);
     assert_int_equal(leases_take(bench.leases, &node1, &loan), STORE_OK);
     assert_int_equal(leases_take(bench.leases, &node2, &other), STORE_OK);
-    for (int i = 0; i < 4; i++) {
-        usleep(LEASE_MS * 500);
+    for (int i = 0; i < 1000 && counts(&bench).expired == 0; i++) {
+        usleep(LEASE_MS * 20);
         assert_int_equal(hear(&bench, &other, false), LEASE_GO_ON);
     }
     assert_int_equal(counts(&bench).expired, 1);

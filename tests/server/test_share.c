@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Chunks lent through a directory: who moves an offer away has it alone; what comes back is what a
- * worker wrote or is not taken; whoever stays away loses the chunk, daemon and worker alike. */
+ * worker wrote or is not taken; whoever stays away loses the chunk, daemon and worker alike.
+ * Waits: for looks into a directory, and for leases to end. */
 #include "share.h"
 
 #include "lease_bench.h"

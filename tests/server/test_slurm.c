@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * What Slurm's programs say, and how long they may take to say it; what an operator may write. */
+ * What Slurm's programs say, and how long they may take to say it; what an operator may write.
+ * Waits: for who hangs. */
 #include "slurm_command.h"
 #include "slurm_file.h"
 #include "slurm_pilots.h"

@@ -3,6 +3,7 @@
 # The daemon before a Slurm that does all that a real one does too seldom for a test: commands that
 # hang or fail, arrays that are limited, workers that fail as they start, accounting that is asked for
 # those that vanished. Programs of our own stand for Slurm's.
+# Waits: for polls.
 . tests/api/_lib.sh
 cleanup() {
     [ -z "$PID" ] || kill -9 "$PID" 2>/dev/null

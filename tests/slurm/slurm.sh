@@ -6,6 +6,7 @@
 # that runs everything itself, bit for bit. make check-slurm.
 #
 # NODES (3), POINTS (200) and LONG (empty) make more of it: see slurm_long.sh.
+# Waits: for Slurm.
 . tests/api/_lib.sh
 . tests/slurm/_cluster.sh
 NODES=${NODES:-3} POINTS=${POINTS:-200}
@@ -43,7 +44,7 @@ as_admin() { # METHOD PATH [curl ...]
     ask "$@" -H "Authorization: Bearer $ADMIN"
 }
 start() {
-    daemon_start "$T/data" --backend slurm --slurm "$T/slurm.conf" --workers 12 --lease 3 --log changes
+    daemon_start "$T/data" --backend slurm --slurm "$T/slurm.conf" --workers 12 --lease 6 --log changes
 }
 soon() { # SECONDS COMMAND ...: until it succeeds
     end=$(($(date +%s) + $1))
