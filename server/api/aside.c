@@ -14,10 +14,17 @@ const struct aside_rules aside_rules[LANES] = {
     [LANE_SWEEPS] = {.name = "sweeps",
                      .waiting_max = LIMIT_ASIDE_MAX,
                      .full = "so many sweeps wait to be taken already (LIMIT_ASIDE_MAX)",
+                     .owner_max = LIMIT_ASIDE_OWNER_MAX,
+                     .enough = "so many sweeps of yours wait, or are being taken "
+                               "(LIMIT_ASIDE_OWNER_MAX)",
                      .settles = true},
     [LANE_DRAWINGS] = {.name = "drawing",
                        .waiting_max = LIMIT_ASIDE_MAX,
-                       .full = "so many pictures wait to be drawn already (LIMIT_ASIDE_MAX)",
+                       .full = "so many pictures and forecasts wait already (LIMIT_ASIDE_MAX)",
+                       .owner_max = LIMIT_ASIDE_OWNER_MAX,
+                       .enough = "so many pictures and forecasts of yours wait, or are being made "
+                                 "(LIMIT_ASIDE_OWNER_MAX)",
+                       .ends = true,
                        .settles = true},
     [LANE_THEORIES] = {.name = "theory",
                        .waiting_max = LIMIT_ASIDE_MAX,

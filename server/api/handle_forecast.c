@@ -24,7 +24,7 @@ void handle_forecast(const struct service *service, const struct call *call, str
     if (errors.count > 0) {
         reply_faults(reply, PROBLEM_TOO_COSTLY, &errors, NULL);
     } else {
-        report_forecast(scene, &forecast);
+        report_forecast(scene, call->stop, &forecast);
         reply_json_take(reply, print(&forecast));
     }
     bcd_scene_free(scene);

@@ -30,7 +30,7 @@ enum { CALL_ARGS_MAX = 2, CALL_ARG_SIZE = 64 };
 enum lane {
     LANE_NONE,     /* at once */
     LANE_SWEEPS,   /* that write */
-    LANE_DRAWINGS, /* of sweeps: they write nothing */
+    LANE_DRAWINGS, /* of sweeps, and forecasts: they write nothing */
     LANE_THEORIES,
     LANE_BACKUPS,
     LANE_RESULTS, /* long ones of a job */

@@ -30,7 +30,8 @@ enum {
     LIMIT_STREAM_STALL_MS_MAX = 30000,     /* a client takes nothing of its answer */
     LIMIT_STREAMS_MAX = 500,               /* open event streams */
     LIMIT_MAP_CELLS_MAX = 10000,           /* of a heat map */
-    LIMIT_ASIDE_MAX = 16,                  /* long requests of a kind that wait for another */
+    LIMIT_ASIDE_MAX = 16,                  /* long requests of a kind that wait for another, */
+    LIMIT_ASIDE_OWNER_MAX = 8,             /* so many of one owner, the one at work included */
     LIMIT_RESULT_AT_ONCE_BYTES = 1 << 18,  /* a longer table is printed aside, */
     LIMIT_RESULTS_OWNER_MAX = 8,           /* so many of one owner and no more */
     LIMIT_THEORY_OWNER_MAX = 4,            /* POST /v1/theory of one owner, waiting or at work */

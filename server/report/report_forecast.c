@@ -88,9 +88,10 @@ static void foretell(struct forecast_row *row, const struct report_run *run,
     row->reason[0] = '\0';
 }
 
-void report_forecast(const struct bcd_scene *scene, struct forecast *forecast)
+void report_forecast(const struct bcd_scene *scene, const atomic_int *stop,
+                     struct forecast *forecast)
 {
-    struct report_run run = {0}, shorter = {0};
+    struct report_run run = {.stop = stop}, shorter = {.stop = stop};
     struct sample_size size;
     bool whole = false;
     list_rows(scene, forecast);

@@ -15,6 +15,8 @@
 
 #include "bcd.h"
 
+#include <stdatomic.h>
+
 enum { FORECAST_ROWS_MAX = 16, FORECAST_REASON = 160 };
 #define FORECAST_CORE_SECONDS 0.25 /* nominal, of the first sample; the second takes a quarter */
 
@@ -30,7 +32,9 @@ struct forecast {
 };
 
 /* Runs on the calling thread, for about a third of a second (at most thirty times that, and what
- * preparation takes). The same job gives the same answer. */
-void report_forecast(const struct bcd_scene *scene, struct forecast *forecast);
+ * preparation takes). The same job gives the same answer, unless *stop is not 0 before the end
+ * (NULL = never). */
+void report_forecast(const struct bcd_scene *scene, const atomic_int *stop,
+                     struct forecast *forecast);
 
 #endif

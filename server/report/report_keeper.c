@@ -24,7 +24,7 @@ struct report_keeper {
     char version[64];
     char *machine;
     int nice;
-    atomic_bool stop;
+    atomic_int stop;
     double core_seconds; /* of the thread in motion */
     pthread_mutex_t mutex;
     enum state state;
@@ -69,7 +69,7 @@ void report_keeper_free(struct report_keeper *keeper)
 {
     if (!keeper)
         return;
-    atomic_store(&keeper->stop, true);
+    atomic_store(&keeper->stop, 1);
     /* On a busy machine the least urgent thread may take long to come to the end of what it is
      * doing. Who may not raise a priority waits for that. */
     pthread_mutex_lock(&keeper->mutex);
@@ -128,7 +128,7 @@ enum report_begun report_keeper_begin(struct report_keeper *keeper, enum report_
         put_so_far(keeper, NULL);
         keeper->thread_id = 0;
         keeper->reason[0] = '\0';
-        atomic_store(&keeper->stop, false);
+        atomic_store(&keeper->stop, 0);
         bool good = pthread_create(&keeper->thread, NULL, measure, keeper) == 0;
         keeper->state = good ? STATE_MEASURING : STATE_IDLE;
         begun = good ? REPORT_BEGUN : REPORT_NO_THREAD;
@@ -142,7 +142,7 @@ bool report_keeper_stop(struct report_keeper *keeper, enum report_kind kind)
     pthread_mutex_lock(&keeper->mutex);
     bool measuring = keeper->state == STATE_MEASURING && keeper->kind == kind;
     if (measuring)
-        atomic_store(&keeper->stop, true);
+        atomic_store(&keeper->stop, 1);
     pthread_mutex_unlock(&keeper->mutex);
     return measuring;
 }

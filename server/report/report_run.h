@@ -20,7 +20,7 @@ enum report_outcome {
 
 struct report_run {
     /* Given. */
-    const atomic_bool *stop; /* looked at every LIMIT_SLICE_MS; NULL = never stops */
+    const atomic_int *stop; /* not 0 = stop; looked at every LIMIT_SLICE_MS; NULL = never */
     double core_seconds_max; /* then it has FAILED, error.code being BCD_OK; 0 = no limit */
     /* Results, to be ended with report_run_fini whatever the outcome was. */
     struct bcd_scene *scene;

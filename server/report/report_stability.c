@@ -248,7 +248,7 @@ static enum report_outcome run_demand(struct report_run *run,
 static bool plan_time(struct report_run *run, const struct stability_extreme *extreme,
                       struct demand *demand)
 {
-    static const atomic_bool at_once = true; /* completed, but not run */
+    static const atomic_int at_once = 1; /* completed, but not run */
     struct report_run probe = {.stop = &at_once};
     demand->time = extreme->time;
     demand->equilibration = extreme->equilibration;
@@ -280,7 +280,7 @@ static void put_words(struct stability_result *result, const struct bcd_error *e
 }
 
 struct stability_result stability_try(const struct stability_extreme *extreme, const char *method,
-                                      const atomic_bool *stop)
+                                      const atomic_int *stop)
 {
     struct stability_result result = {.verdict = STABILITY_REFUSED, .off = NAN, .stderror = NAN,
                                       .time_step_error = NAN, .time_step = NAN, .time = NAN};

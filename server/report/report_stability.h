@@ -62,7 +62,7 @@ struct stability_result {
 /* Judges one method at one extreme; takes a few seconds of one core at most, unless a single step
  * hangs. Told to stop (NULL = never) it ends soon, and what it gives back is nothing. */
 struct stability_result stability_try(const struct stability_extreme *extreme, const char *method,
-                                      const atomic_bool *stop);
+                                      const atomic_int *stop);
 
 struct stability_entry {
     const struct stability_extreme *extreme;
@@ -84,7 +84,7 @@ bool stability_plan(const char *only, const char *method, size_t index,
 
 struct stability_options {
     const char *only;        /* NULL = all */
-    const atomic_bool *stop; /* ends it soon; NULL = never */
+    const atomic_int *stop; /* ends it soon; NULL = never */
     void (*found)(void *context, const struct stability *so_far); /* after each; NULL = not told */
     void *context;
 };

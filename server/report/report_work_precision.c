@@ -173,7 +173,7 @@ static enum report_outcome run_trial(struct report_run *run,
 static bool accepted(const struct work_precision_scene *scene, const struct trial *trial,
                      double *step, char *reason)
 {
-    static const atomic_bool at_once = true; /* completed, but not run */
+    static const atomic_int at_once = 1; /* completed, but not run */
     struct report_run run = {.stop = &at_once};
     bool good = run_trial(&run, scene, trial) == REPORT_STOPPED;
     bool coarse = good && report_run_fact(run.scene, "curvature_time_step") > 1;
@@ -294,7 +294,7 @@ static bool copy_theory(const struct bcd_theory *theory, const struct bcd_scene 
 
 static bool find_exact(const struct work_precision_scene *row, struct exact *exact)
 {
-    static const atomic_bool at_once = true;
+    static const atomic_int at_once = 1;
     struct trial trial = {.method = "auto", .time_step = 1e-6, .steps = 1000, .realizations = 1};
     struct report_run run = {.stop = &at_once};
     struct bcd_theory *theory = NULL;

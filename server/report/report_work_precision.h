@@ -91,7 +91,7 @@ struct work_precision_options {
     const char *scene, *method; /* only these; NULL = all */
     double core_seconds;        /* for each entry's static averages; half as much for its drift */
     int levels;                 /* time steps of each method, 2 .. LEVELS_MAX */
-    const atomic_bool *stop;    /* ends it soon; NULL = never */
+    const atomic_int *stop;    /* ends it soon; NULL = never */
     void (*progress)(void *context, double share); /* 0..1; NULL = not told */
     void *context;
 };

@@ -176,6 +176,8 @@ static void so_many_and_no_more(void **state)
     struct fixture *f = *state;
     struct reply replies[LIMIT_ASIDE_MAX + 1], more;
     for (size_t i = 0; i < LIMIT_ASIDE_MAX + 1; i++) {
+        static const char *const owners[] = {"eve", "adam", "cain"}; /* one alone may not so many */
+        f->owner = owners[i % 3];
         begin(f, "x", &replies[i]);
         assert_non_null(replies[i].hold.ready);
         await_begun(f, 1);
@@ -300,6 +302,19 @@ static void so_many_of_one_owner(void **state)
     reply_fini(&his);
 }
 
+/* Nobody keeps the others out of a lane; but of copies there is one anyway. */
+static void every_lane_is_shared(void **state)
+{
+    (void)state;
+    for (int lane = LANE_NONE + 1; lane < LANES; lane++) {
+        const struct aside_rules *rules = &aside_rules[lane];
+        if (lane == LANE_BACKUPS)
+            continue;
+        assert_in_range(rules->owner_max, 1, rules->waiting_max);
+        assert_non_null(strstr(rules->enough, "_OWNER_MAX"));
+    }
+}
+
 static void *open_late(void *gate)
 {
     usleep(400000); /* by then the other one is stopping */
@@ -405,6 +420,7 @@ int main(void)
         ASIDE_TEST(told_to_stop),
         ASIDE_TEST(stopping_ends_it),
         ASIDE_TEST(so_many_of_one_owner),
+        cmocka_unit_test(every_lane_is_shared),
         ASIDE_TEST(stopping),
         ASIDE_TEST(asked_for_the_last_time),
         ASIDE_TEST(writers_rest),

@@ -25,7 +25,7 @@ static struct forecast foretell(const char *job)
     struct forecast forecast;
     if (scene_json_parse(job, strlen(job), &scene, &errors) != BCD_OK)
         fail_msg("%s: %s", errors.items[0].field, errors.items[0].text);
-    report_forecast(scene, &forecast);
+    report_forecast(scene, NULL, &forecast);
     bcd_scene_free(scene);
     return forecast;
 }
@@ -138,6 +138,23 @@ static void says_why_not(void **state)
     assert_int_equal(forecast.realizations, 0);
 }
 
+/* Nobody waits any more, or the server stops. */
+static void told_to_stop(void **state)
+{
+    const char *job = "{\"particles\":4,\"length\":8,\"time\":5,\"observables\":{\"density\":{}}}";
+    const atomic_int stop = 1;
+    struct bcd_scene *scene = NULL;
+    struct bcd_errors errors = {0};
+    struct forecast forecast;
+    (void)state;
+    assert_int_equal(scene_json_parse(job, strlen(job), &scene, &errors), BCD_OK);
+    report_forecast(scene, &stop, &forecast);
+    bcd_scene_free(scene);
+    assert_true(isnan(row_of(&forecast, "density")->relative));
+    assert_string_equal(forecast.row[0].reason, "a sample of it does not end in time");
+    assert_true(forecast.core_seconds == 0);
+}
+
 static void over_http(void **state)
 {
     struct desk *f = *state;
@@ -178,6 +195,7 @@ int main(void)
         cmocka_unit_test(of_one_as_long),
         cmocka_unit_test(falls_with_the_root_of_the_time),
         cmocka_unit_test(says_why_not),
+        cmocka_unit_test(told_to_stop),
         cmocka_unit_test_setup_teardown(over_http, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -95,7 +95,7 @@ static void prints_what_it_holds(void **state)
 
 static void stops(void **state)
 {
-    static const atomic_bool at_once = true;
+    static const atomic_int at_once = 1;
     struct stability *report = calloc(1, sizeof *report);
     const struct stability_options options = {.stop = &at_once};
     (void)state;

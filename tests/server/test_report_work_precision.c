@@ -88,7 +88,7 @@ static void orders_that_tell_nothing_are_none(void **state)
 
 static void a_stop_is_heard(void **state)
 {
-    const atomic_bool stop = true;
+    const atomic_int stop = 1;
     struct work_precision *report = calloc(1, sizeof *report);
     struct work_precision_options options = WORK_PRECISION_FULL;
     char reason[WORK_PRECISION_REASON] = "?";
