@@ -28,6 +28,7 @@ struct share {
     struct entry *entries;
     size_t count, room;
     bool troubled; /* the directory could not be written to, which was told */
+    bool stuck;    /* something could not be put out of the way, likewise */
     pthread_t thread;
     pthread_mutex_t mutex; /* guards `stopping` */
     pthread_cond_t changed;
@@ -96,15 +97,20 @@ static void drop(struct share *share, struct entry *entry)
 
 /* ------------------------------------------------------------- what workers say */
 
-/* Something that is no word: kept, but out of the way. */
+/* Something that is no word: kept, but out of the way. A directory with something in it may have to
+ * stay where it is, which is told once and not at every look. */
 static void refuse(struct share *share, enum share_place place, const char *name,
                    const char *reason)
 {
-    log_write(LOG_LEVEL_WARNING, "share_refused",
-              LOG_FIELDS(log_text("file", name), log_text("reason", reason)));
-    if (!spool_move(share_dir_at(share->dir, place), name, share_dir_at(share->dir, SHARE_REFUSED),
-                    name))
+    bool moved = spool_move(share_dir_at(share->dir, place), name,
+                            share_dir_at(share->dir, SHARE_REFUSED), name);
+
+    if (!moved)
         spool_remove(share_dir_at(share->dir, place), name);
+    if (moved || !share->stuck)
+        log_write(LOG_LEVEL_WARNING, "share_refused",
+                  LOG_FIELDS(log_text("file", name), log_text("reason", reason)));
+    share->stuck |= !moved;
 }
 
 /* What the worker with that lease wrote to a file. */

@@ -56,13 +56,14 @@ worker
 daemon_end KILL
 echo '{"job":"j1","chunk":0,"core' >"$T/share/returns/l0000"
 ln -s /etc/passwd "$T/share/returns/l0001"
+mkdir -p "$T/share/returns/l0002/x" "$T/share/refused/l0002/x" # cannot be moved away
 LISTEN=127.0.0.1:${URL##*:}
 start
 check "the daemon was killed; workers went on" eventually metric bcd_leases_held 1
 refused() { # HOW_MANY
     [ "$(grep -c 'event=share_refused file=l000' "$T/stderr")" = "$1" ]
 }
-check "torn files are refused" eventually refused 2
+check "torn files are refused" eventually refused 3
 check "the job is done" until_state "$second" done
 check "with the bits of one machine" same_bits "$second" "$T/second"
 check "no result differed" sh -c "curl -sS $URL/metrics | grep -qx 'bcd_leases_differed_total 0'"
@@ -82,11 +83,11 @@ job 4 2 8 >"$T/fourth"
 post "$T/fourth"
 check "a cancelled one makes room for the next" until_state "$ID" done
 nothing_lies_about() {
-    find "$T/share" -path '*refused' -prune -o -type f ! -name .daemon -print >"$T/said"
+    find "$T/share" -path '*refused' -prune -o -type f ! -name '.*' -print >"$T/said"
     [ ! -s "$T/said" ]
 }
 check "nothing is left lying about" eventually nothing_lies_about
-check "and nothing else was refused" test "$(grep -c 'event=share_refused' "$T/stderr")" = 2
+check "and nothing else was refused" test "$(grep -c 'event=share_refused' "$T/stderr")" = 3
 check "workers had nothing to complain of" sh -c "! grep . '$T/worker.err'"
 daemon_end TERM
 check "the daemon ends" test "$EXIT" = 0
