@@ -22,7 +22,13 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { DRAIN_POLL_MS = 5, FORGOTTEN_MS = 1000, LOG_LINES_MAX = 10 /* a second */ };
+enum {
+    DRAIN_POLL_MS = 5,
+    CLOSE_MS = 1000,
+    CLOSE_POLL_MS = 1,
+    FORGOTTEN_MS = 1000,
+    LOG_LINES_MAX = 10, /* a second */
+};
 
 static struct MHD_Daemon *start_daemon(struct http *http);
 static void on_log(void *context, const char *format, va_list args);
@@ -111,6 +117,11 @@ void http_stop(struct http *http)
     int64_t deadline_ms = http_clock_ms() + LIMIT_DRAIN_MS;
     while (http_reap_busy(http) > 0 && http_clock_ms() < deadline_ms)
         sleep_ms(DRAIN_POLL_MS);
+    /* A request too large for the library, looked at while that stops, would be the end of us: it
+     * queues no answer then, and goes on as if it had. */
+    deadline_ms = http_clock_ms() + CLOSE_MS;
+    while (http_reap_all(http) && http_clock_ms() < deadline_ms)
+        sleep_ms(CLOSE_POLL_MS);
     MHD_stop_daemon(http->daemon);
     if (quiet != MHD_INVALID_SOCKET)
         close(quiet);

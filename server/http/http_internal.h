@@ -134,6 +134,8 @@ int64_t http_clock_us(void);
 void *http_reap(void *context);
 /* Connections with a request in progress. */
 size_t http_reap_busy(struct http *http);
+/* Ends all of them; whether there is one that the library has not closed yet. */
+bool http_reap_all(struct http *http);
 /* Ends one, in `words` to a client that is in the middle of a request (NULL = without any). Mutex
  * held. */
 void http_reap_end(struct http *http, struct connection *c, const char *words);

@@ -74,6 +74,17 @@ size_t http_reap_busy(struct http *http)
     return busy;
 }
 
+bool http_reap_all(struct http *http)
+{
+    pthread_mutex_lock(&http->mutex);
+    bool any = http->connections != NULL;
+    for (struct connection *c = http->connections; c; c = c->next)
+        if (c->deadline_ms != INT64_MAX)
+            http_reap_end(http, c, NULL);
+    pthread_mutex_unlock(&http->mutex);
+    return any;
+}
+
 /* Ends what is past its deadline. Mutex held. Also what the other end has left: the library waits
  * for an edge of epoll that it may have had already, with the bytes before the end. Twice seen is
  * sure, for a request may end with the connection and be on its way to the handler. */

@@ -292,6 +292,7 @@ static void so_many_of_one_owner(void **state)
     reply_fini(&hers[1]); /* it waited: its place is free at once */
     begin(f, "x", &hers[1]);
     assert_non_null(hers[1].hold.ready);
+    reply_fini(&hers[2]);
     begin(f, "x", &hers[2]);
     assert_null(hers[2].hold.ready);
     end_all(hers, 4);

@@ -186,12 +186,18 @@ static void header_limit(void **state)
 }
 
 /* So many parameters that the library lacks memory for an answer, and forgets the request. */
-static void forgotten_requests(void **state)
+static size_t too_many_parameters(char request[LIMIT_HEADER_BYTES_MAX])
 {
-    char request[LIMIT_HEADER_BYTES_MAX] = "GET /?";
+    strcpy(request, "GET /?");
     while (strlen(request) < LIMIT_HEADER_BYTES_MAX - 6000)
         strcat(request, "a=1&");
-    size_t size = strlen(strcat(request, " HTTP/1.1\r\n" HOST "\r\n")), used = 0;
+    return strlen(strcat(request, " HTTP/1.1\r\n" HOST "\r\n"));
+}
+
+static void forgotten_requests(void **state)
+{
+    char request[LIMIT_HEADER_BYTES_MAX];
+    size_t size = too_many_parameters(request), used = 0;
     for (int i = 0; i < 60; i++) {
         int fd = client_dial(((struct fixture *)*state)->http);
         client_say(fd, request, size);
@@ -437,6 +443,28 @@ static void stop_lets_requests_end(void **state)
     f->http = NULL;
 }
 
+/* A library that is stopping queues no answer, and then looks for the one that it meant to give to
+ * such a request: by that time none may be left. */
+static void stop_amid_long_queries(void **state)
+{
+    enum { CLIENTS = 100, ROUNDS = 4 };
+    struct fixture *f = *state;
+    char request[LIMIT_HEADER_BYTES_MAX];
+    size_t size = too_many_parameters(request);
+    int fd[CLIENTS];
+    for (int round = 0; round < ROUNDS; round++) {
+        for (int i = 0; i < CLIENTS; i++)
+            fd[i] = client_dial(f->http);
+        for (int i = 0; i < CLIENTS; i++)
+            client_say(fd[i], request, size);
+        http_stop(f->http);
+        for (int i = 0; i < CLIENTS; i++)
+            close(fd[i]);
+        f->http = start(f, AGE_MS);
+        assert_non_null(f->http);
+    }
+}
+
 /* Descriptors of this process, and so of the server's connections. */
 static int descriptors(void)
 {
@@ -539,6 +567,7 @@ int main(void)
         HASTY_TEST(slow_requests_end),
         HASTY_TEST(keep_alive_outlives_the_age),
         TEST(stop_lets_requests_end),
+        TEST(stop_amid_long_queries),
         TEST(leavers_are_forgotten),
         TEST(leavers_are_not_waited_for),
         TEST(half_closed_is_answered),

@@ -49,12 +49,14 @@ static enum lease_answer hear(struct lease_bench *bench, const struct lease_loan
     return answer;
 }
 
+/* Takes the tally. */
 static enum lease_answer give_back(struct lease_bench *bench, const struct lease_loan *loan,
-                                   const struct blob *tally)
+                                   struct blob *tally)
 {
     struct lease_word word = word_of(loan, tally, true);
     enum lease_answer answer = leases_return(bench->leases, &word);
     lease_word_fini(&word);
+    blob_fini(tally);
     return answer;
 }
 
