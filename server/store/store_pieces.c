@@ -95,9 +95,19 @@ static enum store_status make_dir(const struct store *store)
     return status;
 }
 
+static size_t count_of(size_t size)
+{
+    return (size - PIECES_HEAD_SIZE + PIECES_SIZE - 1) / PIECES_SIZE;
+}
+
+static size_t row_size_of(size_t size)
+{
+    return sizeof(struct row) + count_of(size) / 8 + 1;
+}
+
 static struct pieces *make(struct store *store, const struct chunk_place *place, size_t size)
 {
-    size_t count = (size - PIECES_HEAD_SIZE + PIECES_SIZE - 1) / PIECES_SIZE;
+    size_t count = count_of(size);
     struct pieces *pieces = calloc(1, sizeof *pieces + count / 8 + 1);
 
     assert(size > PIECES_HEAD_SIZE);
@@ -108,7 +118,7 @@ static struct pieces *make(struct store *store, const struct chunk_place *place,
     pieces->fd = -1;
     pieces->size = size;
     pieces->count = count;
-    pieces->row_size = sizeof *pieces->next + count / 8 + 1;
+    pieces->row_size = row_size_of(size);
     pieces->next = calloc(1, pieces->row_size);
     pieces->path = file_path(store, place);
     if (!pieces->next || !pieces->path) {
@@ -165,15 +175,12 @@ enum store_status pieces_open(struct pieces **out, struct store *store,
     if (row->size < sizeof found)
         return STORE_CONFLICT;
     memcpy(&found, row->bytes, sizeof found);
-    if (found.magic != magic || found.size <= PIECES_HEAD_SIZE || found.size > SIZE_MAX / 4)
+    if (found.magic != magic || found.size <= PIECES_HEAD_SIZE || found.size > SIZE_MAX / 4 ||
+        row_size_of((size_t)found.size) != row->size) /* before so much memory is asked for */
         return STORE_CONFLICT;
     pieces = make(store, place, (size_t)found.size);
     if (!pieces)
         return STORE_BROKEN;
-    if (pieces->row_size != row->size) {
-        pieces_close(pieces, false);
-        return STORE_CONFLICT;
-    }
     memcpy(pieces->kept, (const char *)row->bytes + sizeof found, row->size - sizeof found);
     pieces->any = true;
     pieces->fd = open(pieces->path, O_RDWR | O_CLOEXEC | O_NOFOLLOW);

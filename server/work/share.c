@@ -176,8 +176,8 @@ static void take_word(struct share *share, const char *name)
         return;
     if (!read_word(share, SHARE_WORDS, mine, name, &word))
         return;
-    spool_remove(words, mine);
     answer = leases_hear(share->leases, &word);
+    spool_remove(words, mine);
     if (entry) {
         entry->taken = true;
         if (answer == LEASE_STOP || word.let_go || word.failed ||
