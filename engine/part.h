@@ -119,6 +119,7 @@ struct pair_type {
      * add. NULL = never. */
     bool (*contact)(const void *par);
     double (*range)(const void *par); /* no force between gaps beyond */
+    bool alone; /* complete and stiffness read nothing of the plan but the diameter */
     /* max |dF/dg| / kT over the distances that rods come to */
     double (*stiffness)(const void *par, const struct plan *plan);
     bool athermal; /* its energies do not scale with kT: stiffness is max |dF/dg| itself */

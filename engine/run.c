@@ -68,8 +68,9 @@ static int64_t paired_among(const struct bcd_run *run, int64_t realizations)
     return paired;
 }
 
+/* `count` values, written from `first` on. */
 static void add_observer(struct bcd_run *run, const struct scene_part *part,
-                         const struct plan *plan, size_t first)
+                         const struct plan *plan, size_t count, size_t first)
 {
     const bool alone = plan != run->plan;
     const struct observable_type *type = scene_observable_type(part);
@@ -77,7 +78,7 @@ static void add_observer(struct bcd_run *run, const struct scene_part *part,
     struct observer *o = &run->observers[run->observer_count];
     *o = (struct observer){.type = type, .par = par, .plan = plan, .first = first};
     o->view = type->mid_drift ? VIEW_MID_DRIFT : VIEW_MID_NOISE;
-    o->count = type->count(par, plan);
+    o->count = count;
     const size_t before = run->kept.used, size = type->memory(par, plan);
     o->memory = arena_take(&run->kept, size);
     run->apart[run->observer_count++] = run->kept.used - before;
@@ -94,13 +95,13 @@ static size_t lay_out_first_pass(struct bcd_run *run)
         const struct observable_type *type = scene_observable_type(part);
         size_t sections = step_error_sections(type, run->plan);
         bool views = step_error_of(type, run->plan) == STEP_ERROR_VIEWS;
+        const size_t count = type->count(part->group.values, run->plan);
         for (size_t view = 0; view < (views ? sections : 1); view++) {
-            size_t count = type->count(part->group.values, run->plan);
-            add_observer(run, part, run->plan, values + view * count);
+            add_observer(run, part, run->plan, count, values + view * count);
             if (views)
                 run->observers[run->observer_count - 1].view = (enum view)view;
         }
-        values += sections * type->count(part->group.values, run->plan);
+        values += sections * count;
     }
     return values;
 }
@@ -114,8 +115,8 @@ static void lay_out_second_pass(struct bcd_run *run)
         const struct observable_type *type = scene_observable_type(part);
         size_t count = type->count(part->group.values, run->plan);
         if (step_error_of(type, run->plan) == STEP_ERROR_PAIR) {
-            add_observer(run, part, &run->scene->coarse, values + count);
-            assert(run->observers[run->observer_count - 1].count == count);
+            assert(type->count(part->group.values, &run->scene->coarse) == count);
+            add_observer(run, part, &run->scene->coarse, count, values + count);
         }
         values += step_error_sections(type, run->plan) * count;
     }

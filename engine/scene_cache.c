@@ -103,14 +103,22 @@ static const struct scene_part *part_in(const struct bcd_scene *scene, enum bcd_
     return NULL;
 }
 
-static struct geometry geometry_of(const struct bcd_scene *scene, enum bcd_slot slot)
+/* An interaction that reads nothing of what is beside it. */
+static bool stands_alone(const struct scene_part *part)
+{
+    return part->slot == BCD_SLOT_INTERACTION && pair_types[part->index]->alone;
+}
+
+static struct geometry geometry_of(const struct bcd_scene *scene, const struct scene_part *part)
 {
     const struct plan *plan = &scene->plan;
+    if (stands_alone(part))
+        return (struct geometry){.diameter = plan->diameter};
     struct geometry geometry = {.low = plan->low, .walls = plan->walls};
     /* On a ring a potential without a period, which looks at the length, is refused anyway. */
-    if (plan->walls || slot == BCD_SLOT_INTERACTION)
+    if (plan->walls || part->slot == BCD_SLOT_INTERACTION)
         geometry.length = plan->length;
-    if (slot == BCD_SLOT_INTERACTION) {
+    if (part->slot == BCD_SLOT_INTERACTION) {
         geometry.diameter = plan->diameter;
         geometry.temperature = plan->temperature;
         geometry.force = plan->force;
@@ -129,11 +137,17 @@ static struct entry *set_for(struct bcd_scene_cache *cache, const struct scene_p
     return part->slot == BCD_SLOT_POTENTIAL ? &cache->potentials[at] : &cache->interactions[at];
 }
 
-/* The part that the field of an interaction belongs to: NULL = there is none. */
+/* The potential that an interaction reads: NULL = there is none. */
+static const struct scene_part *field_beside(const struct bcd_scene *scene,
+                                             const struct scene_part *part)
+{
+    bool reads = part->slot == BCD_SLOT_INTERACTION && !stands_alone(part);
+    return reads ? part_in(scene, BCD_SLOT_POTENTIAL) : NULL;
+}
+
 static struct shared_part *field_of(const struct bcd_scene *scene, const struct scene_part *part)
 {
-    const struct scene_part *field =
-        part->slot == BCD_SLOT_INTERACTION ? part_in(scene, BCD_SLOT_POTENTIAL) : NULL;
+    const struct scene_part *field = field_beside(scene, part);
     return field ? field->shared : NULL;
 }
 
@@ -151,7 +165,7 @@ static struct entry *entry_of(struct bcd_scene_cache *cache, const struct bcd_sc
     const struct scene_part *part = part_in(scene, slot);
     if (!cache || !part || !part->shared)
         return NULL;
-    struct geometry geometry = geometry_of(scene, slot);
+    struct geometry geometry = geometry_of(scene, part);
     struct entry *set = set_for(cache, part, &geometry);
     for (int i = 0; i < WAYS; i++)
         if (set[i].part == part->shared)
@@ -184,10 +198,10 @@ void scene_cache_complete(struct bcd_scene_cache *cache, struct bcd_scene *scene
                           struct scene_part *part, struct bcd_errors *errors)
 {
     const struct part_type *type = type_of(part);
-    struct geometry geometry = geometry_of(scene, part->slot);
-    const struct scene_part *field = part_in(scene, BCD_SLOT_POTENTIAL);
+    struct geometry geometry = geometry_of(scene, part);
+    const struct scene_part *field = field_beside(scene, part);
     /* Beside a field that is not known itself, an interaction is no one's to find again. */
-    bool known = cache && !(part->slot == BCD_SLOT_INTERACTION && field && !field->shared);
+    bool known = cache && !(field && !field->shared);
     struct entry *set = known ? set_for(cache, part, &geometry) : NULL;
     for (int i = 0; set && i < WAYS; i++) {
         if (!holds(&set[i], scene, part, &geometry))

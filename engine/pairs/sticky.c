@@ -130,7 +130,8 @@ static double sticky_stiffness(const void *par, const struct plan *plan)
         double now = attraction_at(&p->attraction, p->range * i / POINTS);
         if (!isfinite(now - before))
             return INFINITY;
-        most = fmax(most, fabs(now - before) * POINTS / p->range);
+        double slope = fabs(now - before) * POINTS / p->range;
+        most = slope > most ? slope : most;
         before = now;
     }
     return most;
@@ -154,6 +155,7 @@ const struct pair_type pair_sticky = {
     .absent = sticky_absent,
     .contact = sticky_contact,
     .range = sticky_range,
+    .alone = true,
     .stiffness = sticky_stiffness,
     .theory = sticky_theory,
     .add_force = sticky_add_force,
