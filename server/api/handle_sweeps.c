@@ -131,6 +131,8 @@ void handle_sweeps_retry(const struct service *service, const struct call *call,
 {
     struct sweep_record record = {0};
     struct sweep_retry retry = {.by = &call->identity, .renew = renew, .context = service->queue};
+    const char *cancelled = call_query(call, "cancelled");
+    retry.cancelled = cancelled && strcmp(cancelled, "true") == 0;
     if (!find_own(service, call, &record, reply))
         return;
     enum store_status status = store_sweeps_retry(service->store, record.id, &retry);

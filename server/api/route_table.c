@@ -49,6 +49,11 @@ static const struct query_row submit_query[] = {
     {0},
 };
 
+static const struct query_row retry_query[] = {
+    {"cancelled", QUERY_BOOLEAN, .doc = "true runs those that were cancelled, too"},
+    {0},
+};
+
 static const struct query_row list_query[] = {
     {"state", QUERY_WORD, .words = "queued running done failed cancelled", .many = true,
      .doc = "jobs in it, or in one of them"},
@@ -188,8 +193,9 @@ static const struct route routes[] = {
      .answers = {{202, JSON, "SweepRecord"}, {200, JSON, "SweepRecord"}},
      .problems = P(STATE) | P(QUOTA) | P(DISK_FULL)},
     {"POST", SWEEP "/retry", ROLE_SUBMITTER, handle_sweeps_retry, "retrySweep",
-     "run the jobs of a sweep that failed once more", "200: none had failed.",
-     .lane = LANE_SWEEPS, .answers = {{202, JSON, "SweepRecord"}, {200, JSON, "SweepRecord"}},
+     "run the jobs of a sweep that failed once more", "200: there are none.",
+     .query = retry_query, .lane = LANE_SWEEPS,
+     .answers = {{202, JSON, "SweepRecord"}, {200, JSON, "SweepRecord"}},
      .problems = P(STATE) | P(QUOTA) | P(DISK_FULL)},
     {"GET", SWEEP "/results/{name}", ROLE_READER, handle_sweep_results_json, "getSweepResult",
      "one observable of all jobs of a sweep",

@@ -285,16 +285,19 @@ enum store_status store_sweeps_extend(struct store *store, const char *id,
 
 /* ---------------------------------------------------------------------- retry */
 
-/* Numbers of the jobs that failed. */
-static enum store_status failed_jobs(sqlite3 *db, int64_t sweep, int64_t **jobs, size_t *count)
+/* Numbers of the jobs that failed, or were cancelled. */
+static enum store_status failed_jobs(sqlite3 *db, int64_t sweep, bool cancelled, int64_t **jobs,
+                                     size_t *count)
 {
     struct stmt row =
         stmt_init(db, "SELECT DISTINCT p.job FROM sweep_points AS p JOIN jobs AS j ON j.seq = p.job"
-                      " WHERE p.sweep = :sweep AND j.state = 'failed'");
+                      " WHERE p.sweep = :sweep AND (j.state = 'failed'"
+                      " OR (:cancelled AND j.state = 'cancelled'))");
     int64_t *list = NULL;
     size_t used = 0;
 
     stmt_bind_integer(&row, ":sweep", sweep);
+    stmt_bind_integer(&row, ":cancelled", cancelled);
     while (stmt_step(&row)) {
         list = stmt_room(&row, list, used, sizeof *list);
         if (!row.status)
@@ -357,7 +360,7 @@ static enum store_status replace_job(struct keeper *keeper, int64_t old,
 enum store_status store_sweeps_retry(struct store *store, const char *id, struct sweep_retry *retry)
 {
     struct sweep_record found = {0};
-    int64_t *jobs = NULL;
+    int64_t *jobs = NULL, points = 0;
     size_t failed = 0;
     bool large = false;
     sqlite3 *db;
@@ -367,7 +370,8 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, struct
         return status;
     status = store_sweeps_find_alive(db, id, &found);
     if (status == STORE_OK)
-        status = failed_jobs(db, found.seq, &jobs, &failed);
+        status = failed_jobs(db, found.seq, retry->cancelled, &jobs, &failed);
+    points = found.counts[JOB_FAILED] + (retry->cancelled ? found.counts[JOB_CANCELLED] : 0);
     large = failed >= KEEP_LARGE;
     if (large)
         store_large_begin(store);
@@ -382,12 +386,12 @@ enum store_status store_sweeps_retry(struct store *store, const char *id, struct
             status = keeper_end(&keeper, &retry->need);
     }
     if (status == STORE_OK && failed > 0)
-        status = store_sweeps_audit(db, retry->by, "sweep.retry", &found, found.counts[JOB_FAILED]);
+        status = store_sweeps_audit(db, retry->by, "sweep.retry", &found, points);
     status = store_end(store, status);
     if (large)
         store_large_end(store);
     if (status == STORE_OK)
-        retry->count = found.counts[JOB_FAILED];
+        retry->count = points;
     free(jobs);
     sweep_record_fini(&found);
     return status;

@@ -72,11 +72,13 @@ enum store_status store_sweeps_extend(struct store *store, const char *id,
                                       const struct sweep_extension *more,
                                       struct sweep_record *record);
 
-/* Points whose jobs failed get new ones: `count` of them. Those that failed as JOB_OUTDATED are
+/* Points whose jobs failed, or were cancelled by themselves if that is wanted, get new ones:
+ * `count` of them. Those that failed as JOB_OUTDATED are
  * made anew by `renew` from their text, as by job_admit_fill; where it cannot, they are tried as
  * they were. STORE_CONFLICT = the sweep was cancelled. STORE_QUOTA fills in `need`. */
 struct sweep_retry {
     const struct identity *by;
+    bool cancelled; /* those, too */
     bool (*renew)(void *context, const char *text, struct job_new *job); /* may be NULL */
     void *context;
     int64_t count;

@@ -331,64 +331,6 @@ static void cancelling(void **state)
     assert_counted(f);
 }
 
-static void failed_jobs_again(void **state)
-{
-    struct desk *f = *state;
-    assert_int_equal(sweep_submit(f, SWEEP("\"/seed\":[1,2,3]")), 202);
-    assert_int_equal(ask_sweep(f, "POST", "/retry", NULL), 200);
-    assert_says(f, "\"retried\":0");
-    char id[JOB_ID_SIZE];
-    sqlite3 *db = store_read_begin(f->service.store);
-    struct stmt row = stmt_init(db, "SELECT id FROM jobs ORDER BY seq LIMIT 1");
-    assert_true(stmt_step(&row));
-    char *text = stmt_text(&row, 0);
-    snprintf(id, sizeof(id), "%s", text);
-    free(text);
-    stmt_fini(&row);
-    store_read_end(f->service.store, db);
-    assert_int_equal(store_jobs_fail(f->service.store, id, "a test"), STORE_OK);
-    assert_int_equal(ask_sweep(f, "GET", "", NULL), 200);
-    assert_says(f, "\"queued\":2,\"running\":0,\"done\":0,\"failed\":1");
-    assert_counted(f);
-    assert_int_equal(ask_sweep(f, "POST", "/retry", NULL), 202);
-    assert_says(f, "\"queued\":3,\"running\":0,\"done\":0,\"failed\":0");
-    assert_says(f, "\"retried\":1");
-    assert_counted(f);
-    assert_int_equal(ask_sql(f, "SELECT count(*) FROM jobs WHERE state = 'failed'"), 1);
-    assert_int_equal(ask_sql(f, "SELECT (SELECT job FROM jobs WHERE seq = 1) ="
-                                " (SELECT job FROM jobs WHERE seq = 4)"),
-                     1);
-}
-
-static void write_sql(struct desk *f, const char *sql)
-{
-    sqlite3 *db;
-    assert_int_equal(STORE_BEGIN(f->service.store, &db), STORE_OK);
-    struct stmt row = stmt_init(db, sql);
-    assert_int_equal(store_end(f->service.store, stmt_run(&row, NULL)), STORE_OK);
-}
-
-/* Of a version before this one: tried again they are what this one makes of them. */
-static void outdated_jobs_anew(void **state)
-{
-    struct desk *f = *state;
-    assert_int_equal(sweep_submit(f, SWEEP("\"/seed\":[1,2,3]")), 202);
-    write_sql(f,
-              "UPDATE jobs SET hash = CAST(seq || substr(hex(hash), 2, 31) AS BLOB),"
-              " chunks = 7, core_seconds = 99, state = 'failed', finished_ms = 1,"
-              " error = CASE seq WHEN 3 THEN 'of another kind' ELSE '" JOB_OUTDATED " from' END");
-    assert_int_equal(ask_sweep(f, "POST", "/retry", NULL), 202);
-    assert_says(f, "\"retried\":3");
-    assert_counted(f);
-    assert_int_equal(ask_sql(f, "SELECT count(*) FROM jobs WHERE state = 'queued'"), 3);
-    assert_int_equal(ask_sql(f, "SELECT count(*) FROM jobs WHERE state = 'queued' AND chunks = 1"
-                                " AND core_seconds < 1"),
-                     2);
-    assert_int_equal(ask_sql(f, "SELECT count(DISTINCT hash) FROM jobs"), 5); /* one once more */
-    assert_int_equal(sweep_submit(f, SWEEP("\"/seed\":[1,2,3,4]")), 202);
-    assert_int_equal(ask_sql(f, "SELECT count(*) FROM jobs"), 8); /* two are found, two are new */
-}
-
 static int submit_with_key(struct desk *f, const char *path, const char *body)
 {
     const struct request request = {.method = "POST",
@@ -584,8 +526,6 @@ int main(void)
         DESK_TEST(axes_of_any_kind),
         DESK_TEST(extension),
         DESK_TEST(cancelling),
-        DESK_TEST(failed_jobs_again),
-        DESK_TEST(outdated_jobs_anew),
         DESK_TEST(keys),
         DESK_TEST(roles),
         DESK_TEST(large_sweeps),
