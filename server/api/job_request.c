@@ -84,8 +84,10 @@ char *job_request_print_estimate(const struct service *service, const struct bcd
                                       &ahead.measured_seconds);
     ahead.jobs_before = before.jobs;
     ahead.core_seconds_before = before.seconds;
-    /* All workers are at what goes before, and then as many at this as it has chunks. */
-    double all = workers_there(service), some = fmin(all, (double)chunks);
+    /* All workers are at what goes before, and then as many at this as it has chunks; at a large
+     * ring one more helps, which is worth a little more than half a worker. */
+    const bool helped = !service->leases && bcd_scene_takes_hands(scene);
+    double all = workers_there(service), some = fmin(all, (helped ? 1.6 : 1) * (double)chunks);
     ahead.finishes_in = all > 0 ? before.seconds / all + estimate.core_seconds / some : INFINITY;
     char *derived = scene_json_derived(scene);
     ahead.derived = derived;

@@ -7,10 +7,12 @@
  *          `mutex` in the order of the chunks, as bytes and in the same steps as in the daemon, so
  *          that the result depends on neither workers nor chance. At each milestone of a job with a
  *          target they wait for the verdict. The main thread shows progress and takes the signals,
- *          which are blocked in all threads.
+ *          which are blocked in all threads. Who has no chunk to run helps those who run large
+ *          rings (crew.h).
  */
 #include "cli_simulate.h"
 #include "cli.h"
+#include "crew.h"
 #include "limits.h"
 
 #include <math.h>
@@ -37,13 +39,15 @@ struct job {
     const char *label;
     int64_t chunks, team;   /* team: as many go side by side at most */
     atomic_bool stop;       /* a signal, or a worker that failed */
+    struct crew *crew;      /* of large rings; NULL = who has no chunk to run ends */
+    atomic_uint news;       /* how often `changed` was told */
     _Atomic int64_t ticks;  /* of finished chunks */
     _Atomic int64_t cpu_ns; /* of ended workers */
     struct motion *motion;  /* [workers] */
     size_t workers, wanted; /* threads that there are, and that there should be */
     pthread_mutex_t mutex;  /* guards what follows */
     pthread_cond_t changed; /* a worker ended, or more chunks may be taken */
-    size_t ended;
+    size_t ended, running; /* workers; running: with chunks */
     int64_t next, goal;         /* first chunk that nobody took; chunks up to the milestone */
     struct bcd_verdict verdict; /* at the milestone before */
     int64_t merged; /* chunks whose tallies are in `whole` */
@@ -80,6 +84,8 @@ int cli_simulate(struct cli_simulation *simulation)
     choose_signals(&signals);
     simulation->tally = NULL;
     job.workers = (size_t)(simulation->workers < job.chunks ? simulation->workers : job.chunks);
+    if (bcd_scene_takes_hands(scene) && (job.crew = crew_create(job.workers)) != NULL)
+        job.workers = (size_t)simulation->workers;
     job.wanted = job.workers;
     job.motion = calloc(job.workers, sizeof *job.motion);
     job.waiting = calloc((size_t)job.chunks, sizeof *job.waiting);
@@ -107,6 +113,7 @@ cleanup:
     for (int64_t i = 0; job.waiting && i < job.chunks; i++)
         free(job.waiting[i].bytes);
     free(job.waiting);
+    crew_free(job.crew);
     free(job.motion);
     free(workers);
     bcd_tally_free(job.whole);
@@ -129,6 +136,13 @@ static int64_t clock_ns(clockid_t clock)
     return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
+/* Something that others may wait for: under the mutex. */
+static void tell(struct job *job)
+{
+    atomic_fetch_add(&job->news, 1);
+    pthread_cond_broadcast(&job->changed);
+}
+
 static void fail(struct job *job, enum bcd_status code, const struct bcd_error *error)
 {
     pthread_mutex_lock(&job->mutex);
@@ -138,29 +152,47 @@ static void fail(struct job *job, enum bcd_status code, const struct bcd_error *
         job->error.code = code;
     }
     atomic_store(&job->stop, true);
-    pthread_cond_broadcast(&job->changed);
+    tell(job);
     pthread_mutex_unlock(&job->mutex);
+}
+
+/* Help from now on, of those who have nothing else to do. */
+static struct crew_lead *take_help(struct job *job, struct bcd_team *team)
+{
+    struct crew_lead *lead = crew_lead(job->crew, "", 0);
+    if (!lead)
+        return NULL;
+    bcd_run_lend_hands(bcd_team_run(team, 0), crew_hands(lead));
+    pthread_mutex_lock(&job->mutex);
+    tell(job);
+    pthread_mutex_unlock(&job->mutex);
+    return lead;
 }
 
 /* Advances the runs in slices of about LIMIT_SLICE_MS, to their end or until told to stop. */
 static enum bcd_status advance(struct worker *worker, struct bcd_team *team,
                                struct bcd_error *error)
 {
+    struct crew_lead *lead = take_help(worker->job, team);
+    enum bcd_status status = BCD_OK;
     int64_t total = bcd_team_ticks_total(team), slice = 1;
     atomic_store(&worker->motion->done, 0);
     atomic_store(&worker->motion->chunks, bcd_team_count(team));
     atomic_store(&worker->motion->total, total);
-    while (bcd_team_ticks_done(team) < total && !atomic_load(&worker->job->stop)) {
-        int64_t before = clock_ns(CLOCK_MONOTONIC);
-        enum bcd_status status = bcd_team_advance(team, slice, error);
-        if (status != BCD_OK)
-            return status;
-        double share = (double)(clock_ns(CLOCK_MONOTONIC) - before) / (LIMIT_SLICE_MS * 1e6);
+    while (status == BCD_OK && bcd_team_ticks_done(team) < total &&
+           !atomic_load(&worker->job->stop)) {
+        int64_t before = clock_ns(CLOCK_MONOTONIC), done = bcd_team_ticks_done(team);
+        status = bcd_team_advance(team, slice, error);
+        int64_t elapsed = clock_ns(CLOCK_MONOTONIC) - before;
+        if (lead)
+            crew_note(lead, bcd_team_ticks_done(team) - done, elapsed);
+        double share = (double)elapsed / (LIMIT_SLICE_MS * 1e6);
         double factor = fmin(1 / fmax(share, 1e-9), SLICE_GROWTH_MAX);
         slice = (int64_t)fmin(fmax((double)slice * factor, 1), 1e15);
         atomic_store(&worker->motion->done, bcd_team_ticks_done(team));
     }
-    return BCD_OK;
+    crew_end(lead);
+    return status;
 }
 
 /* All chunks up to the goal are merged: is that enough? Under the mutex. */
@@ -172,7 +204,7 @@ static enum bcd_status judge_milestone(struct job *job)
     job->goal = bcd_scene_goal(job->scene, job->goal);
     if (job->goal > job->chunks)
         job->goal = job->chunks;
-    pthread_cond_broadcast(&job->changed);
+    tell(job);
     return status;
 }
 
@@ -239,13 +271,10 @@ static void run_chunks(struct worker *worker, const struct share *share)
         fail(job, status, &error);
 }
 
-/* The next chunks, waiting for a verdict if need be: so many that all workers get their part. */
-static struct share take_chunks(struct job *job)
+/* Chunks that may be taken now: so many that all workers get their part. Under the mutex. */
+static struct share chunks_at_hand(struct job *job)
 {
     struct share share = {0};
-    pthread_mutex_lock(&job->mutex);
-    while (job->next == job->goal && job->goal < job->chunks && !atomic_load(&job->stop))
-        pthread_cond_wait(&job->changed, &job->mutex);
     if (job->next < job->goal && !atomic_load(&job->stop)) {
         int64_t workers = (int64_t)job->wanted, left = job->goal - job->next;
         share = (struct share){.first = job->next, .count = job->team};
@@ -253,6 +282,37 @@ static struct share take_chunks(struct job *job)
             share.count /= 2;
         job->next += share.count;
     }
+    return share;
+}
+
+/* Since when somebody helps. */
+struct since {
+    const struct job *job;
+    unsigned news;
+};
+
+static bool news_since(void *context)
+{
+    const struct since *since = context;
+    return atomic_load(&since->job->news) != since->news;
+}
+
+/* The next chunks, once a verdict is there if need be. Those who have none, and will have none
+ * before others are done, help them meanwhile if they can. */
+static struct share take_chunks(struct job *job)
+{
+    struct share share;
+    pthread_mutex_lock(&job->mutex);
+    while ((share = chunks_at_hand(job)).count == 0 && !atomic_load(&job->stop) &&
+           (job->goal < job->chunks || (job->crew && job->running > 0))) {
+        struct since since = {job, atomic_load(&job->news)};
+        pthread_mutex_unlock(&job->mutex);
+        bool helped = crew_help(job->crew, news_since, &since);
+        pthread_mutex_lock(&job->mutex);
+        if (!helped && !news_since(&since))
+            pthread_cond_wait(&job->changed, &job->mutex);
+    }
+    job->running += share.count > 0;
     pthread_mutex_unlock(&job->mutex);
     return share;
 }
@@ -261,12 +321,17 @@ static void *work(void *context)
 {
     struct worker *worker = context;
     struct job *job = worker->job;
-    for (struct share share; (share = take_chunks(job)).count > 0;)
+    for (struct share share; (share = take_chunks(job)).count > 0;) {
         run_chunks(worker, &share);
+        pthread_mutex_lock(&job->mutex);
+        job->running--;
+        tell(job);
+        pthread_mutex_unlock(&job->mutex);
+    }
     atomic_fetch_add(&job->cpu_ns, clock_ns(CLOCK_THREAD_CPUTIME_ID));
     pthread_mutex_lock(&job->mutex);
     job->ended++;
-    pthread_cond_broadcast(&job->changed);
+    tell(job);
     pthread_mutex_unlock(&job->mutex);
     return NULL;
 }
@@ -333,7 +398,7 @@ static int watch(struct job *job, const sigset_t *signals, bool show)
         if (number > 0) {
             ended_by = number;
             atomic_store(&job->stop, true);
-            pthread_cond_broadcast(&job->changed);
+            tell(job);
         }
     }
     pthread_mutex_unlock(&job->mutex);

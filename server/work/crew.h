@@ -23,19 +23,29 @@ struct crew;
 struct crew *crew_create(size_t leaders);
 void crew_free(struct crew *crew);
 
-/* Takes help from now on, through the hands returned (borrowed); NULL = all places are taken. */
+/* Takes help from now on, through the hands returned (borrowed), for a chunk of a job, whose name
+ * helpers tell should they crash (crash.h). NULL = all places are taken, or there is no crew. */
 struct crew_lead;
-struct crew_lead *crew_lead(struct crew *crew);
+struct crew_lead *crew_lead(struct crew *crew, const char *job, int64_t chunk);
 const struct bcd_hands *crew_hands(struct crew_lead *lead);
 
-/* Processor time that helpers have spent since it was asked last. Any thread. */
+/* How long so many ticks took the leader, who lets it be known now and then: help that does not
+ * make it faster, because others need the processors, is done without for a while. */
+void crew_note(struct crew_lead *lead, int64_t ticks, int64_t elapsed_ns);
+
+/* Processor time that helpers have spent since it was asked last. Accepts NULL. */
 int64_t crew_helped_ns(struct crew_lead *lead);
 
-/* No help any more: waits until the helpers have let go. Accepts NULL. */
+/* No help any more: between two calls of the hands there is nothing that a helper could be at.
+ * Accepts NULL. */
 void crew_end(struct crew_lead *lead);
 
+/* How many help at the moment. No crew: 0. */
+size_t crew_helpers(struct crew *crew);
+
 /* Helps whoever leads, the one with the fewest helpers first, until wanted(context); looks at that
- * once for each part of a step, and every few milliseconds. False = nobody leads. */
+ * once for each part of a step, and every few milliseconds. False = nobody leads. No crew: false.
+ */
 bool crew_help(struct crew *crew, bool (*wanted)(void *context), void *context);
 
 #endif

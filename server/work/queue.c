@@ -147,7 +147,7 @@ void queue_take(struct queue *queue, const char *name)
         owner->waiting = true;
         owner->news++;
         owner->head_known = false;
-        pthread_cond_broadcast(&queue->changed);
+        queue_changed(queue);
     } else {
         log_write(LOG_LEVEL_ERROR, "jobs_not_taken", LOG_FIELDS(log_text("owner", name)));
     }
@@ -175,6 +175,39 @@ static bool work_on(struct queue *queue, struct owner *owner, bool jumps, struct
     return false;
 }
 
+void queue_set_idle(struct queue *queue, bool (*idle)(void *context, unsigned news), void *context)
+{
+    queue->idle = idle;
+    queue->idle_context = context;
+}
+
+unsigned queue_news(const struct queue *queue)
+{
+    return atomic_load(&queue->news);
+}
+
+void queue_tell_idle(struct queue *queue)
+{
+    pthread_mutex_lock(&queue->mutex);
+    queue_changed(queue);
+    pthread_mutex_unlock(&queue->mutex);
+}
+
+/* There is nothing to claim: whether the worker had something else to do. Jobs that rest are not
+ * news when they have rested: then it waits. */
+static bool spend_time(struct queue *queue)
+{
+    const unsigned news = atomic_load(&queue->news);
+    bool spent;
+
+    if (!queue->idle || owner_resting(queue))
+        return false;
+    pthread_mutex_unlock(&queue->mutex);
+    spent = queue->idle(queue->idle_context, news);
+    pthread_mutex_lock(&queue->mutex);
+    return spent || atomic_load(&queue->news) != news;
+}
+
 bool queue_claim(struct queue *queue, struct task *task)
 {
     bool claimed = false;
@@ -184,8 +217,10 @@ bool queue_claim(struct queue *queue, struct task *task)
         bool jumps = false;
         struct owner *owner = owner_choose(queue, &jumps);
 
-        if (!owner)
+        if (!owner && !spend_time(queue))
             start_rested(queue);
+        else if (!owner)
+            continue;
         else if (owner->asking)
             pthread_cond_wait(&queue->changed, &queue->mutex);
         else
@@ -204,7 +239,7 @@ void queue_put_off(struct queue *queue, struct task *task)
     entry->pinned = false;
     task->entry = NULL;
     entry_release(queue, entry);
-    pthread_cond_broadcast(&queue->changed);
+    queue_changed(queue);
     pthread_mutex_unlock(&queue->mutex);
 }
 
@@ -217,7 +252,7 @@ bool queue_claim_finish(struct queue *queue, size_t threads, struct task *task)
         pthread_cond_wait(&queue->changed, &queue->mutex);
     if (entry) {
         entry_claim(queue, entry, task); /* of all chunks: it needs no memory */
-        pthread_cond_broadcast(&queue->changed); /* another job may be begun */
+        queue_changed(queue);            /* another job may be begun */
     }
     pthread_mutex_unlock(&queue->mutex);
     return entry != NULL;
@@ -235,7 +270,7 @@ void queue_done(struct queue *queue, struct task *task, bool *last)
     else
         task->entry = NULL;
     entry_release(queue, entry);
-    pthread_cond_broadcast(&queue->changed); /* there may be room for finishing a job */
+    queue_changed(queue); /* there may be room for finishing a job */
     pthread_mutex_unlock(&queue->mutex);
 }
 
@@ -249,7 +284,7 @@ void queue_forget(struct queue *queue, const char *id)
         entry->pinned = false;
         entry->ended = true;
         if (entry->aside) /* another may be finished, or begun */
-            pthread_cond_broadcast(&queue->changed);
+            queue_changed(queue);
         entry_release(queue, entry);
     }
     pthread_mutex_unlock(&queue->mutex);
@@ -279,7 +314,7 @@ enum store_status queue_again(struct queue *queue, struct task *task, int64_t le
     entry->pinned = entry->aside = false;
     task->entry = NULL;
     entry_release(queue, entry);
-    pthread_cond_broadcast(&queue->changed);
+    queue_changed(queue);
     pthread_mutex_unlock(&queue->mutex);
     return STORE_OK;
 }
@@ -289,7 +324,7 @@ void queue_release(struct queue *queue, struct task *task)
     pthread_mutex_lock(&queue->mutex);
     task->entry = NULL;
     entry_release(queue, entry_drop_claim(task, CHUNK_FREE));
-    pthread_cond_broadcast(&queue->changed);
+    queue_changed(queue);
     pthread_mutex_unlock(&queue->mutex);
 }
 
@@ -316,7 +351,7 @@ void queue_cancel(struct queue *queue, const char *id)
         entry->ended = true;
         entry_release(queue, entry);
         /* Those who wait for it to start can turn to the next one. */
-        pthread_cond_broadcast(&queue->changed);
+        queue_changed(queue);
     }
     pthread_mutex_unlock(&queue->mutex);
 }
@@ -375,7 +410,7 @@ void queue_stop(struct queue *queue)
 {
     pthread_mutex_lock(&queue->mutex);
     atomic_store(&queue->stopping, true);
-    pthread_cond_broadcast(&queue->changed);
+    queue_changed(queue);
     pthread_mutex_unlock(&queue->mutex);
 }
 

@@ -83,6 +83,13 @@ void queue_take(struct queue *queue, const char *owner);
  * queue_forget. */
 bool queue_claim(struct queue *queue, struct task *task);
 
+/* What a worker for whom there is nothing does in queue_claim instead of waiting: idle(context,
+ * news) returns soon after queue_news() is no longer `news`; false = it has nothing to do either.
+ * Set before there are workers. queue_tell_idle: there is something to do for them. */
+void queue_set_idle(struct queue *queue, bool (*idle)(void *context, unsigned news), void *context);
+unsigned queue_news(const struct queue *queue);
+void queue_tell_idle(struct queue *queue);
+
 /* The task is finished and its tallies stored. The last chunk of a job makes the caller finish the
  * job (merge, tables, store): *last tells, and id, scene and cancelled then stay borrowed until the
  * caller ends the job here with queue_forget, which it must. */

@@ -6,8 +6,9 @@
  * that are queued stay in the store.
  *
  * THREADS  `mutex` guards everything but what is atomic. It is never held while the store works.
- * `changed` is broadcast whenever a waiting worker might go on. An entry is freed by whoever takes
- * away the last reason to keep it (entry_release), always under the mutex. Owners stay.
+ * `changed` is broadcast (queue_changed) whenever a waiting worker might go on. An entry is freed
+ * by whoever takes away the last reason to keep it (entry_release), always under the mutex. Owners
+ * stay.
  */
 #ifndef QUEUE_INTERNAL_H
 #define QUEUE_INTERNAL_H
@@ -77,6 +78,9 @@ struct queue {
     size_t workers; /* like the limits as it was at the beginning */
     pthread_mutex_t mutex;
     pthread_cond_t changed;
+    atomic_uint news; /* how often `changed` was broadcast */
+    bool (*idle)(void *context, unsigned news);
+    void *idle_context;
     struct owner *owners;
     void *index; /* tsearch tree of entries by id */
     bool jumped; /* the latest chunk went to a newcomer, out of turn */
@@ -84,6 +88,13 @@ struct queue {
     int64_t saved_ms;
     atomic_bool stopping;
 };
+
+/* With the mutex held. */
+static inline void queue_changed(struct queue *queue)
+{
+    atomic_fetch_add(&queue->news, 1);
+    pthread_cond_broadcast(&queue->changed);
+}
 
 /* ------------------------------------------------------------- queue_entry.c */
 

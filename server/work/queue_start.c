@@ -196,7 +196,7 @@ void start_ask(struct queue *queue, struct owner *owner)
     if (status == STORE_OK && found == 0 && count < room && owner->news == news)
         owner->waiting = false;
     free(waiting);
-    pthread_cond_broadcast(&queue->changed);
+    queue_changed(queue);
 }
 
 /* From the store's row to a job that runs: its scene, and what was needed to start it. */
@@ -280,7 +280,7 @@ void start_head(struct queue *queue, struct owner *owner)
     if (status)
         entry->ended = true;
     entry_release(queue, entry);
-    pthread_cond_broadcast(&queue->changed);
+    queue_changed(queue);
 }
 
 /* Takes up what was in motion before the server's start. */
@@ -293,7 +293,7 @@ void start_again(struct queue *queue, struct queued *entry)
     else if (status != STORE_FULL && status != STORE_BROKEN)
         entry->ended = true; /* cancelled, or failed */
     entry_release(queue, entry);
-    pthread_cond_broadcast(&queue->changed);
+    queue_changed(queue);
 }
 
 /* ------------------------------------------------------------------- recovery */

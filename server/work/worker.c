@@ -56,10 +56,11 @@ int64_t work_cpu_ns(void)
 
 void work_tell_use(struct work *work)
 {
-    int64_t now = work_cpu_ns();
+    int64_t now = work_cpu_ns(), helped = crew_helped_ns(work->lead);
 
-    queue_spend(work->workers->queue, work->task, (double)(now - work->cpu_ns) * 1e-9);
+    queue_spend(work->workers->queue, work->task, (double)(now - work->cpu_ns + helped) * 1e-9);
     work->cpu_ns = now;
+    work->helped_ns += helped;
 }
 
 bool work_should_stop(const struct work *work)
@@ -69,7 +70,7 @@ bool work_should_stop(const struct work *work)
 
 double work_seconds(const struct work *work)
 {
-    return 1e-9 * (double)(work_cpu_ns() - work->began_ns);
+    return 1e-9 * (double)(work_cpu_ns() - work->began_ns + work->helped_ns);
 }
 
 /* Longer than such a part of the job may take? Says so in the error. */
@@ -77,7 +78,7 @@ static bool over_time(struct work *work)
 {
     const struct job_limits *limits = queue_limits(work->workers->queue);
 
-    if (work->allowed_ns == 0 || work_cpu_ns() - work->began_ns <= work->allowed_ns)
+    if (work->allowed_ns == 0 || work_seconds(work) <= 1e-9 * (double)work->allowed_ns)
         return false;
     work->error.code = BCD_STOPPED;
     snprintf(work->error.text, sizeof work->error.text,
@@ -171,7 +172,7 @@ static void note_cost(struct work *work, const struct measured *from)
 
     calibration_note(queue_calibration(work->workers->queue), calibration_method(work->task->scene),
                      nominal_seconds(work->task) * (double)(total - from->ticks) / (double)total,
-                     1e-9 * (double)(work_cpu_ns() - from->cpu_ns));
+                     1e-9 * (double)(work_cpu_ns() - from->cpu_ns + work->helped_ns));
 }
 
 /* How long the task may take, if something is wrong with it or with its estimate. */
@@ -186,6 +187,27 @@ void work_allow(struct work *work)
 
     work->expected_seconds = expected;
     work->allowed_ns = allowed < 1e9 ? (int64_t)(1e9 * allowed) + 1 : 0;
+}
+
+/* Help from now on, of those who have nothing else to do. */
+static void take_help(struct work *work)
+{
+    const struct task *task = work->task;
+
+    if (!bcd_scene_takes_hands(task->scene))
+        return;
+    work->lead = crew_lead(work->workers->crew, task->id, task->chunk);
+    if (!work->lead)
+        return;
+    bcd_run_lend_hands(bcd_team_run(work->team, 0), crew_hands(work->lead));
+    queue_tell_idle(work->workers->queue);
+}
+
+static void end_help(struct work *work)
+{
+    work_tell_use(work);
+    crew_end(work->lead);
+    work->lead = NULL;
 }
 
 /* Advances the runs to their end; STOPPED when it was told to stop before. */
@@ -209,6 +231,8 @@ static enum run_end advance(struct work *work)
             return work_should_stop(work) ? RUN_STOPPED : RUN_FAILED;
         after = work_now_ns();
         done = bcd_team_ticks_done(work->team);
+        if (work->lead)
+            crew_note(work->lead, done - from, after - before);
         slice = next_slice(slice, after - before);
         atomic_store(&work->worker->seen_ns, after);
         atomic_fetch_add(&work->worker->rod_steps,
@@ -235,7 +259,9 @@ enum run_end work_run_here(struct work *work)
         return RUN_STOPPED;
     if (work->error.code)
         return RUN_FAILED;
+    take_help(work);
     enum run_end outcome = advance(work);
+    end_help(work);
     if (outcome == RUN_DONE)
         return work_put_tallies(work);
     /* Runs that were stopped in the middle of a start go on from their last checkpoints. */
@@ -332,6 +358,27 @@ static void *worker_main(void *context)
     return NULL;
 }
 
+/* A worker that is needed nowhere helps those who run large rings. */
+struct idleness {
+    const struct queue *queue;
+    unsigned news;
+};
+
+static bool is_needed(void *context)
+{
+    const struct idleness *idleness = context;
+
+    return queue_news(idleness->queue) != idleness->news;
+}
+
+static bool help_others(void *context, unsigned news)
+{
+    const struct workers *workers = context;
+    struct idleness idleness = {workers->queue, news};
+
+    return crew_help(workers->crew, is_needed, &idleness);
+}
+
 struct workers *workers_start(size_t count, struct queue *queue, struct store *store)
 {
     return workers_start_lending(count, queue, store, NULL);
@@ -391,6 +438,10 @@ struct workers *workers_start_lending(size_t count, struct queue *queue, struct 
         return NULL;
     }
     workers->leases = leases;
+    if (!leases && count > 1) {
+        workers->crew = crew_create(count); /* none: everyone goes alone */
+        queue_set_idle(queue, help_others, workers);
+    }
     sem_init(&workers->taking, 0, LIMIT_LENDING_TAKE);
     sem_init(&workers->working, 0, LIMIT_LENDING_WORK);
     if (leases && first > LIMIT_LENDING_FIRST)
@@ -433,6 +484,8 @@ void workers_stop(struct workers *workers)
     sem_destroy(&workers->taking);
     sem_destroy(&workers->working);
     pthread_mutex_destroy(&workers->grow);
+    queue_set_idle(workers->queue, NULL, NULL);
+    crew_free(workers->crew);
     free(workers->crash_path);
     free(workers);
 }
@@ -443,7 +496,8 @@ void workers_count(const struct workers *workers, struct workers_counts *counts)
     size_t count = atomic_load(&workers->count);
 
     *counts = (struct workers_counts){.started = count - workers->aside,
-                                      .most = workers->most - workers->aside};
+                                      .most = workers->most - workers->aside,
+                                      .helping = crew_helpers(workers->crew)};
     for (size_t i = 0; i < count; i++) {
         const struct worker *worker = &workers->each[i];
         int64_t silent_ms = (now - atomic_load(&worker->seen_ns)) / 1000000;

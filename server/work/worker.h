@@ -4,7 +4,8 @@
  * whoever finishes a job's last chunk makes its tables. The clock is read here, never in the
  * engine.
  *
- * THREADS  A worker owns its run alone; it meets the others only in queue.h and store.h.
+ * THREADS  A worker owns its run alone; it meets the others only in queue.h and store.h, and in
+ *          crew.h, where those for whom there is no chunk help with large rings.
  */
 #ifndef WORKER_H
 #define WORKER_H
@@ -33,6 +34,7 @@ void workers_step_back(struct workers *workers, int nice);
 struct workers_counts {
     size_t started, alive, busy; /* threads; busy = with a task */
     size_t most;                 /* that there may be */
+    size_t helping;              /* without a task, with another's large ring */
     int64_t chunks;              /* finished */
     double rod_steps, core_seconds;
     int64_t checkpoints;   /* made, */

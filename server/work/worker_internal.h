@@ -7,6 +7,7 @@
 #ifndef WORKER_INTERNAL_H
 #define WORKER_INTERNAL_H
 
+#include "crew.h"
 #include "lease.h"
 #include "store_pieces.h"
 #include "store_results.h"
@@ -41,6 +42,7 @@ struct workers {
     char *crash_path;
     struct leases *leases; /* NULL = chunks are run here, and nobody waits for the two: */
     sem_t taking, working;
+    struct crew *crew; /* who has no chunk helps with large rings; NULL = nobody does */
     size_t most, aside;    /* threads; of these, the first ones, that finish jobs */
     atomic_size_t count;   /* of them that there are: it grows where chunks are lent, */
     atomic_size_t looking; /* while none of those is looking for a task */
@@ -65,6 +67,8 @@ struct work {
     struct worker *worker;
     struct task *task;
     struct bcd_team *team; /* the runs of its chunks */
+    struct crew_lead *lead; /* those who help; NULL = nobody does */
+    int64_t helped_ns;      /* what that took of their processors */
     struct bcd_error error;
     int64_t cpu_ns;
     double expected_seconds; /* of its chunks as a whole */
@@ -88,7 +92,7 @@ int64_t work_cpu_ns(void); /* and of this thread alone */
 bool work_should_stop(const struct work *work);
 /* Tells the queue what this task has used since it was told last. */
 void work_tell_use(struct work *work);
-/* Core seconds that the thread has used for the task so far. */
+/* Core seconds that the thread, and those who helped, have used for the task so far. */
 double work_seconds(const struct work *work);
 /* Waits before try number `tries` + 1 (tries >= 1); false as soon as there is no use in waiting. */
 bool work_back_off(const struct work *work, int tries);

@@ -122,7 +122,7 @@ static const struct bcd_hands *helpers_start(struct helpers *helpers, int count)
 {
     *helpers = (struct helpers){.crew = crew_create(1), .count = count};
     assert_non_null(helpers->crew);
-    helpers->lead = crew_lead(helpers->crew);
+    helpers->lead = crew_lead(helpers->crew, "", 0);
     assert_non_null(helpers->lead);
     for (int i = 0; i < count; i++)
         assert_int_equal(pthread_create(&helpers->thread[i], NULL, help, helpers), 0);
