@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli_bench.c - bcd bench: what a step costs, per rod and as a ratio to drawing its noise and
  * evaluating its force, for every method from 10 to 10^7 rods (cli_bench_step.h); what a second
- * worker gains (cli_bench_scaling.h), what observables cost (cli_bench_observables.h), and reduced
- * scenes against loops written by hand (cli_bench_leave_out.h). See cli.h. */
+ * worker gains (cli_bench_scaling.h), and a second thread at one large ring (cli_bench_hands.h);
+ * what observables cost (cli_bench_observables.h), and reduced scenes against loops written by hand
+ * (cli_bench_leave_out.h). See cli.h. */
+#include "cli_bench_hands.h"
 #include "cli_bench_leave_out.h"
 #include "cli_bench_observables.h"
 #include "cli_bench_scaling.h"
@@ -260,6 +262,36 @@ static bool measure_scaling(struct text *json)
     return true;
 }
 
+/* ---------------------------------------------------- one ring, two threads */
+
+static bool measure_hands(struct text *json)
+{
+    static const char *const which[][2] = {
+        {"sparse", "bcd"}, {"dense", "bcd"}, {"sparse", "strang"}, {"dense", "strang"}};
+    static const int64_t rods[] = {20000, 100000, 1000000};
+    bool good = true;
+    printf("\none large ring by one thread and by two, in turns (wall clock)\n%-8s %-18s %9s %9s "
+           "%9s %9s\n",
+           "scene", "method", "particles", "ns/rod", "by two", "speedup");
+    for (size_t i = 0; i < sizeof which / sizeof *which; i++)
+        for (size_t r = 0; r < sizeof rods / sizeof *rods; r++) {
+            const struct bench_case one = {which[i][0], which[i][1], rods[r], 1};
+            struct bench_hands hands = {0};
+            good = bench_hands_measure(&one, &hands) == BENCH_DONE && good;
+            printf("%-8s %-18s %9lld %9.2f %9.2f %9.2f\n", one.scene, one.method,
+                   (long long)one.particles, hands.ns[0], hands.ns[1], hands.speedup);
+            fflush(stdout);
+            add_separator(json);
+            text_add(json, "{\"scene\":\"%s\",\"method\":\"%s\",\"particles\":%lld", one.scene,
+                     one.method, (long long)one.particles);
+            add_number(json, "ns_one_thread", hands.ns[0]);
+            add_number(json, "ns_two_threads", hands.ns[1]);
+            add_number(json, "speedup", hands.speedup);
+            text_add(json, "}");
+        }
+    return good;
+}
+
 /* -------------------------------------------------------------- observables */
 
 static bool measure_observables(struct text *json)
@@ -361,11 +393,12 @@ static int bench(const struct cli_line *line)
 {
     const char *path = cli_value(line, "json");
     struct sections steps = {0};
-    struct text scaling = {0}, observables = {0}, leave_out = {0}, json = {0};
+    struct text scaling = {0}, hands = {0}, observables = {0}, leave_out = {0}, json = {0};
     struct text *const sections[] = {&steps.entries, &steps.growth, &steps.published,
-                                     &scaling,       &observables,  &leave_out};
-    static const char *const names[] = {"entries", "growth",      "published",
-                                        "scaling", "observables", "leave_out"};
+                                     &scaling,       &hands,        &observables,
+                                     &leave_out};
+    static const char *const names[] = {"entries", "growth",      "published", "scaling",
+                                        "hands",   "observables", "leave_out"};
     cpu_set_t all;
     bool good = true;
     for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
@@ -377,6 +410,7 @@ static int bench(const struct cli_line *line)
     good = leave_out_all(&leave_out) && good;
     sched_setaffinity(0, sizeof all, &all);
     good = measure_scaling(&scaling) && good;
+    good = measure_hands(&hands) && good;
     char *machine = report_machine_json();
     text_add(&json, "{\"machine\":%s", machine ? machine : "{}");
     free(machine);
@@ -400,8 +434,9 @@ const struct cli_command cli_bench_command = {
     .doc = "measures what a step costs, per method and scene",
     .text = "Nanoseconds of one core per rod and step, and the ratio to drawing the noise and\n"
             "evaluating the force alone, measured in turns with it; 10 to 10^7 rods, medians with\n"
-            "standard errors, bytes per rod. Then what a second worker gains and what observables\n"
-            "cost. On a shared machine trust the ratio. About three minutes.",
+            "standard errors, bytes per rod. Then what a second worker gains, with many rings and\n"
+            "with one, and what observables cost. On a shared machine trust the ratio. About four\n"
+            "minutes.",
     .options = options,
     .function = bench,
 };

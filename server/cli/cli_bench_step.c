@@ -85,7 +85,7 @@ static struct bcd_scene *make(const struct bench_case *which, const char *observ
 }
 
 /* Methods without dynamics measure no currents. */
-static struct bcd_scene *make_any(const struct bench_case *which)
+struct bcd_scene *bench_step_scene(const struct bench_case *which)
 {
     struct bcd_scene *scene = make(which, "\"observables\":{\"current\":{}}");
     return scene ? scene : make(which, "\"observables\":{\"cluster_sizes\":{}}");
@@ -201,7 +201,7 @@ enum bench_outcome bench_step_measure(const struct bench_case *which,
                                       const struct bench_effort *effort, struct bench_step *result)
 {
     struct bcd_estimate estimate;
-    struct bcd_scene *scene = make_any(which);
+    struct bcd_scene *scene = bench_step_scene(which);
     *result = (struct bench_step){.peak_bytes_per_rod = NAN};
     if (!scene)
         return BENCH_REFUSED;

@@ -40,6 +40,10 @@ static inline double bench_step_ns(const struct bench_case *which, const struct 
  * there is no such scene, or out of memory. malloc'ed. */
 char *bench_scene_members(const struct bench_case *which);
 
+/* A job of it, far longer than any bench, that looks at nothing before its end; NULL = there is no
+ * such scene, or the method refuses it. */
+struct bcd_scene *bench_step_scene(const struct bench_case *which);
+
 /* Work of bench_turns: a struct bcd_run. */
 bool bench_advance_run(void *run, int64_t ticks);
 

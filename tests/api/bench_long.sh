@@ -41,6 +41,6 @@ check "100 bytes a rod at most from 10^4 on" jq -e '
     all(.entries[] | select(.particles >= 10000 and (.method | IN("bcd", "strang", "elastic", "lm")));
         .bytes_per_particle <= 100 and (.peak_bytes_per_particle // 0) <= 100)' "$T/bench.json"
 check "other sections are there" jq -e '
-    (.growth | length > 0) and (.published | length > 0) and (.scaling | length == 1) and
+    (.growth | length > 0) and (.published | length > 0) and (.scaling | length == 1) and (.hands | length == 12) and
     (.observables | length == 24) and (.leave_out | length > 0)' "$T/bench.json"
 finish
