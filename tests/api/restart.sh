@@ -5,7 +5,7 @@
 . "$(dirname "$0")/_lib.sh"
 
 cat >"$T/work.json" <<'END'
-{"particles": 50, "length": 100, "diameter": 0.5, "time": 1500, "time_step": 0.001,
+{"particles": 50, "length": 100, "diameter": 0.5, "time": 900, "time_step": 0.001,
  "equilibration_time": 1, "realizations": 5, "potential": {"type": "cosine", "amplitude": 6},
  "observables": {"msd": {"first": 0.01, "last": 10, "points": 20}, "density": {"bins": 50},
                  "contact_density": {"bins": 20}, "current": {}, "energy": {}, "cluster_sizes": {}}}
