@@ -26,8 +26,10 @@ enum {
     NAP_MS = 2,       /* of a helper, before it looks whether it is wanted elsewhere */
     TELLING_MS = 10,  /* what takes less time tells little */
     ALONE_EVERY = 64, /* slices with help, until one without tells what there is to gain */
-    ALONE_MAX = 64,   /* slices without, where help does not pay */
-    CACHE_LINE = 128, /* two: processors fetch pairs */
+    REST_MIN = 4,     /* slices without, where help does not pay: twice as many each time */
+    REST_MAX = 64,
+    PAYS_PERCENT = 95, /* of the time that it takes without */
+    CACHE_LINE = 128,  /* two: processors fetch pairs */
 };
 
 /* ns per tick, 0 = not known: without help and with it. */
@@ -182,7 +184,7 @@ struct crew_lead *crew_lead(struct crew *crew, const char *job, int64_t chunk)
     if (lead) {
         snprintf(lead->job, sizeof lead->job, "%s", job);
         lead->chunk = chunk;
-        lead->pace = (struct pace){.rest = 1};
+        lead->pace = (struct pace){.rest = REST_MIN};
         atomic_store(&lead->alone, false);
         atomic_store(&lead->helped_ns, 0);
         atomic_fetch_add(&lead->term, 1);
@@ -211,14 +213,16 @@ void crew_note(struct crew_lead *lead, int64_t ticks, int64_t elapsed_ns)
             pace->left = ALONE_EVERY;
         return;
     }
-    const bool unknown = pace->alone == 0, pays = !unknown && pace->helped < pace->alone;
+    const bool pays = pace->helped < pace->alone * PAYS_PERCENT / 100;
     if (pays && --pace->left > 0)
         return;
-    if (pays || unknown)
-        pace->rest = 1;
-    pace->left = pace->rest;
-    if (!pays && !unknown && pace->rest < ALONE_MAX)
-        pace->rest *= 2;
+    if (pays || pace->alone == 0) { /* a look at what it is without */
+        pace->left = 1;
+        pace->rest = REST_MIN;
+    } else {
+        pace->left = pace->rest;
+        pace->rest = 2 * pace->rest < REST_MAX ? 2 * pace->rest : REST_MAX;
+    }
     atomic_store(&lead->alone, true);
 }
 
