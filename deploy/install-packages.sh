@@ -71,11 +71,15 @@ look_for_slurm() {
     PATH=$PATH:/usr/sbin need_command slurmctld slurmctld
     PATH=$PATH:/usr/sbin need_command slurmd slurmd
     PATH=$PATH:/usr/sbin need_command munged munge
+    if [ "${1:-}" = long ]; then
+        PATH=$PATH:/usr/sbin need_command slurmdbd slurmdbd
+        PATH=$PATH:/usr/sbin need_command mariadbd mariadb-server
+    fi
 }
 
 look "${1:-}"
 needed=$missing
-look_for_slurm
+look_for_slurm "${1:-}"
 [ -n "$missing" ] || exit 0
 
 echo "install-packages: missing:$missing"
@@ -110,7 +114,7 @@ install() {
 policy=/usr/sbin/policy-rc.d
 hold_services() {
     services=
-    for service in nginx munge slurmctld slurmd; do
+    for service in nginx munge slurmctld slurmd slurmdbd mariadb; do
         [ -e "/lib/systemd/system/$service.service" ] || services="$services $service"
     done
     [ -z "$services" ] || [ -e "$policy" ] ||

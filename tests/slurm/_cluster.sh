@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # _cluster.sh - a Slurm of the test's own: munged with its own key, slurmctld and as many slurmd on
-# loopback, without cgroups or accounting. Root only. Read with `.`:
+# loopback, without cgroups; with ACCOUNTING=yes slurmdbd before a database of its own, too. Root only.
+# Read with `.`:
 #
 #   cluster_possible           false, with the reason in CLUSTER_REASON, where it cannot be tried
 #   cluster_start DIR NODES    until all nodes are idle; SLURM_CONF is exported. False, with the
@@ -14,7 +15,7 @@ PATH=$PATH:/usr/sbin
 cluster_possible() {
     CLUSTER_REASON=
     [ "$(id -u)" -eq 0 ] || CLUSTER_REASON="slurmd needs root"
-    for program in munged slurmctld slurmd sbatch; do
+    for program in munged slurmctld slurmd sbatch ${ACCOUNTING:+slurmdbd mariadbd mariadb-install-db}; do
         command -v $program >/dev/null || CLUSTER_REASON="there is no $program"
     done
     [ -z "$CLUSTER_REASON" ]
@@ -23,7 +24,7 @@ cluster_start() {
     CLUSTER=$1 NODES=$2
     mkdir -p "$CLUSTER/state"
     chmod 755 "$CLUSTER"
-    ports=$(node -e 'const n = require("net"), s = Array.from({length: +process.argv[1] + 1}, () => n.createServer().listen(0, "127.0.0.1"));
+    ports=$(node -e 'const n = require("net"), s = Array.from({length: +process.argv[1] + 2}, () => n.createServer().listen(0, "127.0.0.1"));
         s.at(-1).on("listening", () => n.connect(s[0].address().port, "127.0.0.1").on("connect", () => {
             console.log(s.map((x) => x.address().port).join(" ")); process.exit() }))' "$NODES" 2>"$CLUSTER/ports")
     [ -n "$ports" ] || {
@@ -32,7 +33,12 @@ cluster_start() {
     }
     dd if=/dev/urandom of="$CLUSTER/key" bs=128 count=1 2>"$CLUSTER/dd"
     chmod 400 "$CLUSTER/key"
-    host=$(hostname -s)
+    host=$(hostname -s) storage=none
+    database=${ports%% *} ports=${ports#* }
+    [ -z "${ACCOUNTING:-}" ] || storage="slurmdbd
+AccountingStorageHost=127.0.0.1
+AccountingStoragePort=$database
+AccountingStoragePass=$CLUSTER/munge.socket"
     {
         cat <<CONF
 ClusterName=test
@@ -51,7 +57,7 @@ SlurmdLogFile=$CLUSTER/%n.log
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 JobAcctGatherType=jobacct_gather/none
-AccountingStorageType=accounting_storage/none
+AccountingStorageType=accounting_storage/$storage
 SchedulerType=sched/backfill
 SchedulerParameters=sched_interval=2,bf_interval=2
 SelectType=select/cons_tres
@@ -61,7 +67,7 @@ ReturnToService=2
 SlurmdTimeout=10
 SlurmctldTimeout=10
 KillWait=5
-MinJobAge=30
+MinJobAge=${MIN_JOB_AGE:-30}
 InactiveLimit=0
 MaxArraySize=${MAX_ARRAY_SIZE:-64}
 SlurmdParameters=config_overrides
@@ -79,6 +85,7 @@ CONF
         CLUSTER_REASON="munged does not start: $(tail -n 1 "$CLUSTER/munged.err")"
         return 1
     }
+    [ -z "${ACCOUNTING:-}" ] || cluster_accounting || return 1
     cluster_daemon slurmctld
     for i in $(seq "$NODES"); do
         cluster_daemon "n$i"
@@ -90,6 +97,40 @@ CONF
         sleep 0.2
     done
 }
+# slurmdbd, which knows the cluster. The database is reached by its socket alone.
+cluster_accounting() {
+    CLUSTER_REASON="slurmdbd, or a database for it, does not start"
+    mkdir "$CLUSTER/sql"
+    cat >"$CLUSTER/slurmdbd.conf" <<CONF
+AuthType=auth/munge
+AuthInfo=socket=$CLUSTER/munge.socket
+DbdHost=$host
+DbdAddr=127.0.0.1
+DbdPort=$database
+SlurmUser=root
+StorageType=accounting_storage/mysql
+StorageHost=localhost
+StorageUser=root
+LogFile=$CLUSTER/slurmdbd.log
+PidFile=$CLUSTER/slurmdbd.pid
+CONF
+    chmod 600 "$CLUSTER/slurmdbd.conf"
+    MYSQL_UNIX_PORT=$CLUSTER/sql.socket
+    export MYSQL_UNIX_PORT
+    mariadb-install-db --no-defaults --user=root --datadir="$CLUSTER/sql" --skip-test-db \
+        --auth-root-authentication-method=normal >"$CLUSTER/install.err" 2>&1 || return 1
+    cluster_daemon mariadbd
+    cluster_soon mariadb --no-defaults -u root -e 'CREATE DATABASE IF NOT EXISTS slurm_acct_db' || return 1
+    cluster_daemon slurmdbd
+    cluster_soon timeout 20 sacctmgr -i add cluster test
+}
+cluster_soon() { # COMMAND ...: until it succeeds
+    for try in $(seq 200); do
+        "$@" >>"$CLUSTER/soon.err" 2>&1 && return
+        sleep 0.2
+    done
+    return 1
+}
 # One that was just killed may still have its port: what ends by a fault of its own is started again.
 cluster_daemon() {
     case $1 in
@@ -99,7 +140,11 @@ cluster_daemon() {
             >"$CLUSTER/munged.err" 2>&1
         return
         ;;
-    slurmctld) set -- slurmctld slurmctld -D ;;
+    slurmctld | slurmdbd) set -- "$1" "$1" -D ;;
+    mariadbd)
+        set -- mariadbd mariadbd --no-defaults --user=root --datadir="$CLUSTER/sql" \
+            --socket="$CLUSTER/sql.socket" --skip-networking --pid-file="$CLUSTER/sql.pid"
+        ;;
     *) set -- "$1" slurmd -D -N "$1" ;;
     esac
     name=$1
@@ -135,7 +180,7 @@ cluster_dies() {
 cluster_stop() {
     touch "$CLUSTER/stops"
     for signal in TERM KILL; do
-        for daemon in $(seq -f n%g "$NODES") slurmctld munged; do
+        for daemon in $(seq -f n%g "$NODES") slurmctld slurmdbd mariadbd munged; do
             cluster_kill "$daemon" $signal
         done
         sleep 0.5
