@@ -441,6 +441,17 @@ static void note_failure(struct lease *lease, const char *reason)
     lease->failed = ++lease->failures >= LIMIT_LEASE_FAILURES;
 }
 
+/* A heartbeat that was sent before and comes after this takes it up no more. */
+static void let_go(struct lease *lease)
+{
+    for (int i = 0; i < GRANTS; i++)
+        if (strcmp(lease->grants[i].id, lease->id) == 0)
+            lease->grants[i].id[0] = '\0';
+    lease->id[0] = '\0';
+    if (lease->attempts == 0) /* it had it since before the daemon's start */
+        lease->attempts = 1;
+}
+
 enum lease_answer leases_hear(struct leases *leases, const struct lease_word *word)
 {
     enum lease_answer answer = LEASE_GO_ON;
@@ -469,7 +480,7 @@ enum lease_answer leases_hear(struct leases *leases, const struct lease_word *wo
         if (word->failed)
             note_failure(lease, word->failed);
         if (word->let_go)
-            lease->id[0] = '\0';
+            let_go(lease);
         pthread_cond_signal(&lease->changed);
     }
     pthread_mutex_unlock(&leases->mutex);

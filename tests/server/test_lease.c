@@ -240,6 +240,12 @@ static void a_checkpoint_goes_to_the_next(void **state)
     blob_fini(&news.checkpoint);
     lease_wait(bench.lease[0], 0, &news);
     assert_int_equal(news.checkpoint.size, 0); /* told once */
+    /* A heartbeat from before, which was late, does not take it up again. */
+    assert_int_equal(hear(&bench, &loan, false), LEASE_STOP);
+    assert_int_equal(counts(&bench).held, 0);
+    struct lease_loan old = {.id = "l0123456789abcdef", .job = "jtest", .chunk = 1};
+    assert_int_equal(hear(&bench, &old, true), LEASE_GO_ON);
+    assert_int_equal(hear(&bench, &old, false), LEASE_STOP);
     assert_int_equal(leases_take(bench.leases, &node2, &next), STORE_OK);
     assert_int_equal(next.chunk, 0);
     assert_int_equal(next.checkpoint.size, 10);
