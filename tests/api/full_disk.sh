@@ -21,7 +21,7 @@ post_text "$(job 1 5)"
 done=$ID
 until_state "$done" done
 curl -sS "$URL/v1/jobs/$done/results" >"$T/before.json"
-post_text "$(job 2 2000)" # some seconds, also on a fast machine
+post_text "$(job 2 1200)" # some seconds, also on a fast machine
 running=$ID
 until_state "$running" running
 disk full
@@ -66,7 +66,7 @@ daemon_end TERM
 check "it can end with a full disk ($EXIT)" test "$EXIT" = 0
 check "the database is whole" test "$(sqlite3 "$T/data/bcd.sqlite" 'PRAGMA integrity_check')" = ok
 daemon_start "$T/calm" --workers 1
-for pair in "2 2000 $running" "3 5 $new"; do
+for pair in "2 1200 $running" "3 5 $new"; do
     set -- $pair
     post_text "$(job "$1" "$2")"
     until_state "$ID" done
