@@ -26,6 +26,8 @@ ALL_CFLAGS = -std=c17 $(WARN) $(CFLAGS) $(BITS) -fPIC -fvisibility=hidden -MMD -
 # Kernels: independent numbers side by side in the order of instructions, for processors look ahead
 # only so far. clang does so unasked.
 KERNEL_CFLAGS := $(if $(findstring clang,$(shell $(CC) --version 2>/dev/null)),,-fschedule-insns)
+# What the linker has filled in can be read only, once the program runs.
+HARD    = -Wl,-z,relro,-z,now
 ROOMS = $(wildcard server/*/)
 HOST_CFLAGS = -D_GNU_SOURCE -pthread -Iserver $(ROOMS:%/=-I%) -I$B $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
 ENGINE_LIBS = $(shell pkg-config --libs gsl 2>/dev/null)
@@ -111,9 +113,9 @@ $B/bcd_sqlite.so: $(EXTENSION_OBJ) $(call obj,$(addprefix server/base/,sample.c 
 	$Q$(CC) $(LDFLAGS) -shared $(if $(findstring -fsanitize,$(LDFLAGS)),,-Xlinker --no-undefined) \
 		-o $@ $^ $(ENGINE_LIBS) -lm
 $B/bcdd: $B/obj/server/main.o $B/libserver.a $B/libbcd.a
-	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS)
+	$Q$(CC) $(LDFLAGS) $(HARD) -o $@ $^ $(HOST_LIBS)
 $B/bcd: $B/obj/server/cli/cli.o $B/libserver.a $B/libbcd.a
-	$Q$(CC) $(LDFLAGS) -o $@ $^ $(HOST_LIBS) $(CLIENT_LIBS)
+	$Q$(CC) $(LDFLAGS) $(HARD) -o $@ $^ $(HOST_LIBS) $(CLIENT_LIBS)
 
 # A test is tests/<layer>/test_<what>.c; everything else there is shared by all of them.
 TESTS = $(patsubst tests/%.c,$B/tests/%,$(TEST_SRC))
