@@ -24,7 +24,6 @@
 
 enum {
     DRAIN_POLL_MS = 5,
-    CLOSE_MS = 1000,
     CLOSE_POLL_MS = 1,
     FORGOTTEN_MS = 1000,
     LOG_LINES_MAX = 10, /* a second */
@@ -119,7 +118,7 @@ void http_stop(struct http *http)
         sleep_ms(DRAIN_POLL_MS);
     /* A request too large for the library, looked at while that stops, would be the end of us: it
      * queues no answer then, and goes on as if it had. */
-    deadline_ms = http_clock_ms() + CLOSE_MS;
+    deadline_ms = http_clock_ms() + LIMIT_DRAIN_MS;
     while (http_reap_all(http) && http_clock_ms() < deadline_ms)
         sleep_ms(CLOSE_POLL_MS);
     MHD_stop_daemon(http->daemon);

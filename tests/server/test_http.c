@@ -447,7 +447,7 @@ static void stop_lets_requests_end(void **state)
  * such a request: by that time none may be left. */
 static void stop_amid_long_queries(void **state)
 {
-    enum { CLIENTS = 100, ROUNDS = 4 };
+    enum { CLIENTS = 12, ROUNDS = 4 };
     struct fixture *f = *state;
     char request[LIMIT_HEADER_BYTES_MAX];
     size_t size = too_many_parameters(request);
