@@ -15,7 +15,7 @@ system() {
         sed -E 's/^([^:]*):[^<]*<([^>]*)>.*/\1 \2/'
 }
 
-echo 1..14
+echo 1..15
 report "includes are found" "$([ "$(ours engine server | wc -l)" -gt 100 ] || echo "too few")"
 
 report "only http*.c and http_internal.h know libmicrohttpd" \
@@ -27,6 +27,16 @@ report "only *_json.c and main.c know jansson" \
 report "only store*.c know SQLite" \
     "$(system engine server | awk '$2 ~ /^sqlite3(ext)?\.h$/ && $1 !~ /^server\/store\/store[a-z_]*\.[ch]$/')"
 
+# SQLite before 3.51.3 may lose a transaction where two connections write or checkpoint.
+report "one connection is opened to write, and that one alone checkpoints" "$(
+    [ "$(grep -rhoE 'SQLITE_OPEN_READWRITE, &[a-z.>-]+' server --include='*.c' | LC_ALL=C sort)" = \
+        "$(printf '%s\n' 'SQLITE_OPEN_READWRITE, &copying->copy' \
+            'SQLITE_OPEN_READWRITE, &opening.store->writer')" ] ||
+        grep -rnE 'SQLITE_OPEN_READWRITE' server --include='*.c'
+    grep -rn 'sqlite3_open[a-z0-9_]*(' server --include='*.c' |
+        grep -vE '^server/store/(store|store_backup|store_sql)\.c:'
+    grep -rnE 'wal_checkpoint(_v2)?\(' server --include='*.c' | grep -vF '(store->writer,'
+)"
 report "only client.c knows libcurl" \
     "$(system engine server | awk '$2 ~ /^curl\// && $1 != "server/cli/client.c"')"
 
