@@ -8,6 +8,7 @@
  * ever: http_reap.c sees to that. A body is read only after its headers were found good.
  */
 #include "http_guard.h"
+#include "deadline.h"
 #include "http_internal.h"
 #include "http_listen.h"
 #include "limits.h"
@@ -56,11 +57,7 @@ struct http *http_start(const struct http_options *options, char *reason, size_t
         snprintf(reason, size, "out of memory");
         return NULL;
     }
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_cond_init(&http->wake_reaper, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    deadline_condition(&http->wake_reaper);
     pthread_mutex_init(&http->mutex, NULL);
     http->options = *options;
     snprintf(http->host, sizeof(http->host), "%s", options->host);

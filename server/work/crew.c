@@ -11,6 +11,7 @@
  */
 #include "crew.h"
 #include "crash.h"
+#include "deadline.h"
 
 #include <assert.h>
 #include <pthread.h>
@@ -268,10 +269,7 @@ static bool await_share(const struct joined *joined, uint64_t seen)
             return true;
         pause_briefly();
     }
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += NAP_MS * 1000000L;
-    until.tv_sec += until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
+    until = deadline_in_ms(NAP_MS);
     pthread_mutex_lock(&lead->mutex);
     atomic_fetch_add(&lead->asleep, 1);
     if (atomic_load(&lead->turn) >> NUMBER_SHIFT == seen && still_leads(joined))
@@ -355,23 +353,19 @@ struct crew *crew_create(size_t leaders)
     const size_t size = sizeof(struct crew) + leaders * sizeof(struct crew_lead);
     struct crew *crew =
         aligned_alloc(_Alignof(struct crew), (size + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE);
-    pthread_condattr_t attributes;
 
     if (!crew)
         return NULL;
     *crew = (struct crew){.count = leaders};
     pthread_mutex_init(&crew->mutex, NULL);
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
     for (size_t i = 0; i < leaders; i++) {
         struct crew_lead *lead = &crew->each[i];
 
         *lead = (struct crew_lead){.crew = crew, .hands = {count_helpers, share, lead}};
         pthread_mutex_init(&lead->mutex, NULL);
-        pthread_cond_init(&lead->shared, &attributes);
+        deadline_condition(&lead->shared);
         pthread_cond_init(&lead->finished, NULL);
     }
-    pthread_condattr_destroy(&attributes);
     return crew;
 }
 

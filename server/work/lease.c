@@ -2,6 +2,7 @@
  * lease.c - see lease.h. */
 #include "lease.h"
 
+#include "deadline.h"
 #include "limits.h"
 #include "log.h"
 #include "scene_json.h"
@@ -71,32 +72,11 @@ static int64_t now_ms(void)
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-static void init_condition(pthread_cond_t *condition)
-{
-    pthread_condattr_t attributes;
-
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(condition, &attributes);
-    pthread_condattr_destroy(&attributes);
-}
-
 /* Waits under the mutex until then; false = it is then. */
 static bool wait_until(struct leases *leases, pthread_cond_t *condition,
                        const struct timespec *until)
 {
     return pthread_cond_timedwait(condition, &leases->mutex, until) == 0;
-}
-
-static struct timespec in_ms(int64_t wait_ms)
-{
-    struct timespec until;
-
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += wait_ms % 1000 * 1000000;
-    until.tv_sec += wait_ms / 1000 + until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
-    return until;
 }
 
 struct leases *leases_create(int64_t lease_ms)
@@ -107,7 +87,7 @@ struct leases *leases_create(int64_t lease_ms)
         return NULL;
     leases->lease_ms = lease_ms > 0 ? lease_ms : LIMIT_LEASE_MS;
     pthread_mutex_init(&leases->mutex, NULL);
-    init_condition(&leases->room);
+    deadline_condition(&leases->room);
     return leases;
 }
 
@@ -184,7 +164,7 @@ static bool is_room(struct leases *leases)
 
 bool leases_room(struct leases *leases, int64_t wait_ms)
 {
-    const struct timespec until = in_ms(wait_ms);
+    const struct timespec until = deadline_in_ms(wait_ms);
     bool room;
 
     pthread_mutex_lock(&leases->mutex);
@@ -205,7 +185,7 @@ struct lease *lease_offer(struct leases *leases, const struct task *task, struct
     lease->task = task;
     lease->terms = *terms;
     terms->checkpoint = terms->begun = (struct blob){0};
-    init_condition(&lease->changed);
+    deadline_condition(&lease->changed);
     pthread_mutex_lock(&leases->mutex);
     lease->previous = leases->last;
     if (leases->last)
@@ -231,7 +211,7 @@ static struct blob copy(const struct blob *blob)
 void lease_wait(struct lease *lease, int64_t wait_ms, struct lease_news *news)
 {
     struct leases *leases = lease->leases;
-    const struct timespec until = in_ms(wait_ms);
+    const struct timespec until = deadline_in_ms(wait_ms);
 
     *news = (struct lease_news){0};
     pthread_mutex_lock(&leases->mutex);

@@ -4,6 +4,7 @@
  */
 #include "queue_internal.h"
 
+#include "deadline.h"
 #include "log.h"
 
 #include <assert.h>
@@ -55,7 +56,6 @@ bool queue_family(const struct bcd_scene *scene, unsigned char family[JOB_HASH_S
 enum store_status queue_create(struct queue **queue, struct store *store)
 {
     struct queue *made = calloc(1, sizeof *made);
-    pthread_condattr_t attributes;
 
     if (!made)
         return STORE_BROKEN;
@@ -72,10 +72,7 @@ enum store_status queue_create(struct queue **queue, struct store *store)
     made->store = store;
     atomic_init(&made->stopping, false);
     pthread_mutex_init(&made->mutex, NULL);
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(&made->changed, &attributes);
-    pthread_condattr_destroy(&attributes);
+    deadline_condition(&made->changed);
     *queue = made;
     return STORE_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "theory_cache.h"
 
+#include "deadline.h"
 #include "limits.h"
 
 #include <pthread.h>
@@ -35,15 +36,11 @@ struct theory_cache {
 struct theory_cache *theory_cache_create(void)
 {
     struct theory_cache *cache = calloc(1, sizeof *cache);
-    pthread_condattr_t attributes;
 
     if (!cache)
         return NULL;
     pthread_mutex_init(&cache->mutex, NULL);
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(&cache->changed, &attributes);
-    pthread_condattr_destroy(&attributes);
+    deadline_condition(&cache->changed);
     return cache;
 }
 
@@ -138,12 +135,8 @@ static struct entry *begin(struct theory_cache *cache,
 /* With the mutex held: false when the watch wants to stop. */
 static bool wait_a_moment(struct theory_cache *cache, struct bcd_watch *watch)
 {
-    struct timespec until;
+    const struct timespec until = deadline_in_ms(LOOK_MS);
 
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += LOOK_MS * 1000000L;
-    until.tv_sec += until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
     pthread_cond_timedwait(&cache->changed, &cache->mutex, &until);
     if (watch->should_stop && watch->should_stop(watch->context))
         watch->end = BCD_WATCH_TOLD;
